@@ -21,10 +21,13 @@ _noticed: dict[str, list[str]] = {}
 
 
 def note_region(group: bpy.types.NodeTree, layout: "Layout") -> None:
-    """Store the part of (u, v, w) that a table of this layout holds, unless it holds all."""
-    (u, v), w = layout.region, (layout.w_min, layout.w_max)
-    if not (layout.region.is_whole and w == (0.0, 2.0)):
-        group[_REGION] = [*u, *v, *w]
+    """Store the part of (u, v, w) that a table of this layout holds, unless it holds all. Under a plate, it is the part
+    of the directions above the plate."""
+    from ...precompute.optics.plate import w_above_plate
+
+    if not layout.whole:
+        u, v = ((low * layout.plate_ior, high * layout.plate_ior) for low, high in layout.region)
+        group[_REGION] = [*u, *v, *w_above_plate((layout.w_min, layout.w_max), layout.plate_ior)]
 
 
 def noted_region(group: bpy.types.NodeTree) -> "Needs | None":

@@ -18,6 +18,7 @@ from bpy.props import (
 )
 
 from ...precompute.base.failure import GratingError
+from ...precompute.optics.plate import NO_PLATE, PLATE_IOR_MAX
 from ...precompute.reflectance.metals import METALS
 from ..blender import stored
 from .cache_folder import cache_folder
@@ -91,6 +92,14 @@ class Grating(bpy.types.PropertyGroup):
         description="Films from the outside inwards as INDEX/THICKNESS, then the substrate. For example "
         "1.46/200nm, aluminium or 6x(1.68/80nm, 1.56/90nm), 1.56",
         default="6x(1.68/80nm, 1.56/90nm), 1.56",
+    )
+    plate_ior: FloatProperty(
+        name="Plate IOR",
+        description="Index of refraction of a clear plate over the relief: 1.585 for the polycarbonate of a disc, "
+        "about 1.5 for the lacquer of a foil. 1: no plate",
+        default=NO_PLATE,
+        min=NO_PLATE,
+        max=PLATE_IOR_MAX,
     )
     request: StringProperty(
         name="Request",
@@ -199,23 +208,41 @@ class Grating(bpy.types.PropertyGroup):
     def bake_request(self) -> "BakeRequest":
         """All settings of the bake, from the panel's fields and `request`. Raises GratingError for invalid values."""
         from ...precompute.bake.request import request_from
-        from ...precompute.reflectance.matter_text import parse
         from ...precompute.surface.steps.pipeline import steps_of
 
-        matter = self.matter.lower()
-        if self.matter == LAYERS:
-            try:
-                matter = str(parse(self.layers))
-            except GratingError as error:
-                raise error.within(f"{self.name}: Layers") from error
         shown = {
             "scans": [self.scan(), *self.further_scans()],
             "delta_e": _decimal(self.delta_e, 6),
             "coherence_um": _decimal(self.coherence_um, 6),
-            "matter": matter,
+            "matter": self.matter_text(),
             "levelling": [step.text for step in steps_of([s.text for s in self.steps], f"{self.name}: Levelling")],
         }
         return request_from(self._kept() | shown, self.name)
+
+    def matter_text(self) -> str:
+        """The matter in the form of `--matter`. Raises GratingError for layers that are not valid."""
+        from ...precompute.reflectance.matter_text import parse
+
+        if not self.matter:  # a file of another version may hold no item of the menu
+            return ""
+        try:
+            matter = parse(self.layers if self.matter == LAYERS else self.matter)
+        except GratingError as error:
+            raise error.within(f"{self.name}: Layers") from error
+        # A text of layers may name its own plate.
+        with_plate = matter.baked and not matter.has_plate
+        return str(replace(matter, plate_ior=_decimal(self.plate_ior, 6) or NO_PLATE) if with_plate else matter)
+
+    def take_matter(self, text: str) -> None:
+        """Set the fields from a matter in the form of `--matter`."""
+        from ...precompute.reflectance.matter_text import parse
+
+        matter = parse(text)
+        self.plate_ior, bare = matter.plate_ior, str(replace(matter, plate_ior=NO_PLATE))
+        if bare.upper() in (name for name, *_ in MATTERS if name != LAYERS):
+            self.matter = bare.upper()
+        else:
+            self.matter, self.layers = LAYERS, bare
 
     def frame_source(self) -> DirectionSource:
         """The source of the scan's direction; the default if the chosen direction map was deleted."""
@@ -240,11 +267,7 @@ class Grating(bpy.types.PropertyGroup):
         self.source, self.channel = first["source"], first["channel"] or ""
         self.size_um, self.height_nm = first["size_um"] or 0.0, first["height_nm"] or 0.0
         self.delta_e, self.coherence_um = record.pop("delta_e"), record.pop("coherence_um") or 0.0
-        matter = record.pop("matter")
-        if matter.upper() in (name for name, *_ in MATTERS if name != LAYERS):
-            self.matter = matter.upper()
-        else:
-            self.matter, self.layers = LAYERS, matter
+        self.take_matter(record.pop("matter"))
         self.levelling = ",".join(record.pop("levelling")) or "none"
         self.request = json.dumps(record | {"scans": others}, sort_keys=True)
 

@@ -44,7 +44,8 @@ class AtlasTable:
     """sum_k f_k(t) B_k(u, v) / scale, XYZ over w^2, with one look-up per term. t is w, scaled to the range -1 to 1.
 
     Outside the table's region and range of w the sum is 0, and look-ups are clamped to the rim, because the polynomials
-    grow and neighbouring tiles begin. The sum is also 0 for |(u, v)| >= 2, which only a stretched relief reaches."""
+    grow and neighbouring tiles begin. The sum is also 0 for (u, v) beyond any pair of directions, which only a
+    stretched relief reaches."""
 
     def __init__(self, tree: Tree, image: bpy.types.Image, layout: Layout, *, uv: Value, w: Value):
         self.tree, self.image, self.layout = tree, image, layout
@@ -61,7 +62,7 @@ class AtlasTable:
         t = w.times_plus(1 / half_range, -(layout.w_min + layout.w_max) / 2 / half_range)
         self.t = tree.maximum(tree.minimum(t, 1.0), -1.0)
         self.functions = None if layout.has_polynomials else _functions(tree, layout, self.t)
-        self.inside = tree.math("LESS_THAN", tree.dot(uv, uv), 4.0)
+        self.inside = tree.math("LESS_THAN", tree.dot(uv, uv), layout.farthest**2)
         if not layout.whole:
             beyond = uv - inner + tree.vector(0.0, 0.0, t - self.t)
             self.inside = self.inside * tree.math("LESS_THAN", tree.dot(beyond, beyond), _ROUNDING**2)

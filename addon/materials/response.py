@@ -18,10 +18,12 @@ from itertools import count, takewhile
 import bpy
 
 from ...precompute.optics.fresnel import KERATIN_IOR
+from ...precompute.optics.plate import NO_PLATE, PLATE_IOR_MAX
 from ...precompute.optics.small_slope import IOR_MAX
 from ..blender import compat, stored
 from ..nodes.builder import Operand, Tree, Value
 from ..nodes.interface import INPUT, Socket, has_sockets, sockets_of
+from .plate_nodes import Plate
 
 NORMAL = Socket("Normal", "Vector", "Shading normal")
 TANGENT = Socket("Tangent", "Vector", "Direction of the scan's x axis (left to right) on the surface")
@@ -67,9 +69,9 @@ WORLD_ANSWER = (MIRROR, MIRROR_ROUGHNESS, LOBE, LOBE_NORMAL, LOBE_ROUGHNESS, LOB
 
 _LABEL, _WORLD_LABEL = "Response", "World Response"
 _NUMBERED = re.compile("(?:World )?Response(?: ([1-9][0-9]*))?")
-# Custom properties of a response's node group, saved in files: the linear space of its colours, and whether nothing is
-# seen through its matter.
-_SPACE, _OPAQUE = "ng_space", "ng_opaque"
+# Custom properties of a response's node group, saved in files: the linear space of its colours, whether nothing is seen
+# through its matter, and the index of refraction of the plate over its relief.
+_SPACE, _OPAQUE, _PLATE = "ng_space", "ng_opaque", "ng_plate"
 
 
 @dataclass(frozen=True)
@@ -158,6 +160,16 @@ def note_opaque(response: Response) -> None:
 def is_opaque(response: Response) -> bool:
     """Whether nothing is seen through a response's matter."""
     return bool(stored.count(response.group, _OPAQUE, 1))
+
+
+def note_plate(response: Response, ior: float) -> None:
+    """Store the index of refraction of the plate over a response's relief."""
+    response.group[_PLATE] = ior
+
+
+def plate_of(response: Response) -> Plate:
+    """The plate over a response's relief; of index 1 if there is none."""
+    return Plate(stored.number(response.group, _PLATE, NO_PLATE, low=NO_PLATE, high=PLATE_IOR_MAX))
 
 
 def in_other_spaces(groups: Iterable[bpy.types.NodeTree]) -> list[str]:

@@ -159,6 +159,8 @@ def _draw_bake(layout, context, grating, *, facts: GratingFacts) -> None:
     settings.prop(grating, "matter")
     if grating.matter == LAYERS:
         settings.prop(grating, "layers", text="")
+    if grating.matter != "DIELECTRIC":
+        settings.prop(grating, "plate_ior")
     if (job := running_bake()) is not None:
         stage, fraction = job.progress()
         layout.progress(factor=fraction, text=f"{stage} (Esc cancels)")

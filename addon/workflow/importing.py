@@ -74,7 +74,8 @@ def keep_if_new(scene: bpy.types.Scene) -> str:
 def _settings(grating: Grating) -> tuple[Any, ...]:
     """All settings of a grating except its name."""
     scan = (bpy.path.abspath(grating.source), grating.channel, grating.size_um, grating.height_nm)
-    bake = (grating.levelling, grating.delta_e, grating.coherence_um, grating.matter, grating.layers, grating.request)
+    matter = (grating.matter, grating.layers, grating.plate_ior)
+    bake = (grating.levelling, grating.delta_e, grating.coherence_um, *matter, grating.request)
     variation = Variation() if grating.group is None else variation_of(grating.group)
     look = (tuple(grating.look.base_color), grating.look.base_roughness, grating.look.inputs, grating.look.hologram)
     return *scan, *bake, *look, grating.lights, grating.shadows, grating.footprint, grating.frame_source(), variation
@@ -106,7 +107,7 @@ def _add(
     grating.quality = quality_of(known)
     grating.request = json.dumps({"scans": others}, sort_keys=True) if others else ""
     grating.levelling = ",".join(step.text for step in DEFAULT)
-    grating.matter = matter_of(first["source"]).upper()
+    grating.take_matter(matter_of(first["source"]))
     gratings.active_index = len(gratings.items) - 1
     return grating
 

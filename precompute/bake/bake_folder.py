@@ -75,7 +75,7 @@ def _levelled(
     for number, height_map in enumerate(height_maps):
         progress(LEVELLING, number / len(height_maps))
         levelled = level(height_map, request.levelling)
-        reliefs.append(relief_of(levelled.height_map))
+        reliefs.append(relief_of(levelled.height_map, plate_ior=request.matter.plate_ior))
         told += [f"{height_map.source_name}: {line}" if len(height_maps) > 1 else line for line in levelled.told]
     return reliefs, told
 
@@ -84,7 +84,7 @@ def provenance_of(
     height_maps: Sequence[HeightMap], reliefs: Sequence[Relief], request: BakeRequest, *, made: Made
 ) -> dict[str, Any]:
     """The provenance in a bake's header. Several scans are listed in the given order."""
-    length_m = coherence.coherence_length(made.table.sigma_b)
+    length_m = made.table.coherence_length_m
     area, profiles = extent(reliefs)
     return {
         "source": ", ".join(height_map.source_name for height_map in height_maps),

@@ -21,6 +21,7 @@ import numpy as np
 from ..maths import chebyshev
 from ..measure.errors import Errors, Truth, measure
 from ..measure.pairs import Pairs, cosine_weighted, pair_about
+from ..optics.plate import least_cosine
 from ..table.table import Table
 from ..table.tiling import TILE_PADDING
 
@@ -77,10 +78,11 @@ def comparison(table: Table, illuminant: str) -> Callable[[Table], Errors]:
     The values of w are equally spaced. Grazing light has a small w and few direction pairs in the self-check, but it
     may fill a scene. At each w half of the pairs are cosine weighted, half drawn from the table's light."""
     rng = np.random.default_rng(1)
-    low, high = table.w_range
+    least = least_cosine(table.plate_ior)
+    low, high = max(table.w_range[0], 2 * least), table.w_range[1]
     found = []
     for w in low + (high - low) * (np.arange(_GROUPS) + 0.5) / _GROUPS:
-        halves = cosine_weighted(w, _PAIRS // 2, rng), _lit_pairs(table, w, _PAIRS // 2, rng)
+        halves = cosine_weighted(w, _PAIRS // 2, rng, least=least), _lit_pairs(table, w, _PAIRS // 2, rng)
         drawn = np.repeat([False, True], [len(half[0]) for half in halves])
         wi, wr = (np.concatenate(ways) for ways in zip(*halves, strict=True))
         pairs = Pairs(wi, wr, drawn).within(table.region)
@@ -101,4 +103,4 @@ def _lit_pairs(table: Table, w: float, count: int, rng: np.random.Generator) -> 
     row, column = np.divmod(np.searchsorted(cumulative, rng.random(count) * cumulative[-1], "right"), len(u))
     uv = np.stack([u[column], v[row]], axis=-1) + table.texel * rng.uniform(-0.5, 0.5, (count, 2))
     uv = uv[np.sum(uv**2, axis=1) < 4 - w**2]
-    return pair_about(np.column_stack([uv, np.full(len(uv), w)]), rng)
+    return pair_about(np.column_stack([uv, np.full(len(uv), w)]), rng, least=least_cosine(table.plate_ior))

@@ -6,6 +6,7 @@ Kernel, wavelengths, texels and terms are chosen so that the given surface keeps
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -13,6 +14,7 @@ import numpy as np
 from ..base.progress import Progress, part_of, silent
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M
 from ..measure.errors import DELTA_E_OF_BOUND
+from ..optics.region import FARTHEST, W_MAX
 from ..spectra.fast import fast_series
 from ..spectra.resample import KERNEL_REACH
 from ..spectra.series import SpectrumSeries
@@ -68,10 +70,14 @@ def plan(
     Raises GratingError if the requested coherence length needs a finer table than RESOLUTION_MAX allows."""
     reliefs = (reliefs,) if isinstance(reliefs, Relief) else tuple(reliefs)
     delta_e, needs = request.delta_e, request.needs
-    auto, baked = request.coherence_length_m is None, request.matter.baked
+    auto, baked, plate_ior = request.coherence_length_m is None, request.matter.baked, request.matter.plate_ior
     sigma_b = kernel_for(reliefs, request)
     if auto:  # a kernel too narrow for a table of DEFAULT_BYTES need not be resolved
         sigma_b = max(sigma_b, TEXELS_MIN * texel_size(int(math.sqrt(DEFAULT_BYTES / BYTES_PER_TEXEL / 4))))
+    if request.matter.has_plate:  # from here on everything is that of the directions inside the plate
+        sigma_b, needs = sigma_b / plate_ior, needs.inside_plate(plate_ior)
+        request = replace(request, needs=needs)
+        reliefs = tuple(relief.scaled(plate_ior) for relief in reliefs)
     ensemble = _spectra(reliefs, sigma_b, request, progress)
     lambdas = wavelengths_of(sigma_b, request)
     measured = probe(ensemble, sigma_b, lambdas[::2], request=request)
@@ -84,7 +90,8 @@ def plan(
         and finest > RESOLUTION_MIN
     ):
         finest -= 2
-    if request.coherence_length_m is not None and resolution > RESOLUTION_MAX:
+    finest, most = (int(count * plate_ior) // 2 * 2 for count in (finest, RESOLUTION_MAX))  # a tile spans 4 / plate_ior
+    if request.coherence_length_m is not None and resolution > most:
         raise too_fine(request.coherence_length_m, delta_e)
     if auto and resolution > finest:
         resolution, sigma_b = finest, texels * texel_size(finest)
@@ -103,13 +110,15 @@ def _spectra(
 ) -> tuple[SpectrumSeries, ...]:
     """The series of each relief, for the requested region and for kernels of sigma_b and wider."""
     needs = request.needs
-    reach = max(KERNEL_REACH * sigma_b, _REACH_MIN)
+    # The albedo bound sums the light in all directions, whatever the scene needs.
+    farthest, greatest_w = (FARTHEST, W_MAX) if request.matter.baked else (needs.region.reach, needs.w[1])
+    reach = farthest + max(KERNEL_REACH * sigma_b, _REACH_MIN)
     wavelengths = len(wavelengths_of(sigma_b, request))
     found = []
     for k, relief in enumerate(reliefs):
         found.append(
             fast_series(
-                relief, (needs.region.reach + reach) / WAVELENGTH_MIN_M, needs.w[1] / WAVELENGTH_MIN_M,
+                relief, reach / WAVELENGTH_MIN_M, greatest_w / WAVELENGTH_MIN_M,
                 finest_kernel=sigma_b / WAVELENGTH_MAX_M, tolerance=_SERIES_TOLERANCE * request.delta_e,
                 progress=part_of(progress, "transforms", done=k, total=len(reliefs)),
                 before=partial(

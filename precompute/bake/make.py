@@ -16,7 +16,6 @@ from ..base.exr import TEXELS_MAX
 from ..base.failure import GratingError, Setting
 from ..base.progress import Progress, forwards, silent, span_of
 from ..measure.errors import RELATIVE_DY, Errors
-from ..optics.coherence import coherence_length
 from ..surface.relief import Relief
 from ..table import atlas
 from ..table.sample_set import SampleSet
@@ -88,7 +87,7 @@ def make(
         if request.coherence_length_m is None and made.table.holds_reflectance:
             # Where an order crosses the horizon, the albedo bound bends within the kernel's width. The bound's table
             # has a largest size, so only a wider kernel helps.
-            length_m = max(coherence_length(made.table.sigma_b) / 2, SHORTEST_COHERENCE_M)
+            length_m = max(made.table.coherence_length_m / 2, SHORTEST_COHERENCE_M)
             stricter = replace(stricter, coherence_length_m=length_m)
         again = _attempt(reliefs, stricter, span_of(progress, _FIRST, 1), source)
         again = _with_time_of(again, made)

@@ -20,6 +20,7 @@ from typing import Any
 
 from ..base.failure import GratingError
 from ..base.strict_json import read_json
+from ..optics.plate import NO_PLATE, w_inside_plate
 from ..optics.region import Region
 
 # The version of needs files. A reader refuses all others.
@@ -62,6 +63,16 @@ class Needs:
         A light's disc of angular radius a blurs with a standard deviation of a / 2. A pixel of side b has the standard
         deviation b / sqrt(12) along an axis; half of it is used. The larger of the two counts."""
         return max(self.light_radius / 2, self.footprint / math.sqrt(12) / 2)
+
+    def inside_plate(self, ior: float) -> "Needs":
+        """The needs of the directions inside a plate over the relief. A range of w from 0 keeps its end, although no
+        light inside has so small a w: a material with a low Height Scale reads the table there."""
+        if ior == NO_PLATE:
+            return self
+        u, v = ((low / ior, high / ior) for low, high in self.region)
+        low, high = w_inside_plate(self.w, ior)
+        w = (low if self.w[0] > 0 else 0.0, high)
+        return Needs(Region(u, v), w, self.light_radius / ior, self.footprint / ior)
 
     def as_dict(self) -> dict[str, Any]:
         """The needs as in a file, with every key."""

@@ -25,6 +25,7 @@ from ..measure.errors import Errors, Truth, measure
 from ..measure.pairs import Pairs, draw_w
 from ..measure.truths import Spectrum, draw_pairs
 from ..optics.brdf import half_angle_cosine
+from ..optics.plate import least_cosine
 from ..reference.ensemble_reference import blurred
 from ..spectra.fast import exact_error
 from ..spectra.series import SpectrumSeries
@@ -68,7 +69,8 @@ def judge(reliefs: Sequence[Relief], chosen: Plan, illuminant: str, *, progress:
     rng = np.random.default_rng(0)
     found = []
     pairs = _affordable_pairs(chosen)
-    for k, w in enumerate(w_within(chosen.w_range, GROUPS, rng)):
+    least = least_cosine(chosen.matter.plate_ior)
+    for k, w in enumerate(w_within(chosen.w_range, GROUPS, rng, least=least)):
         drawn = pairs_within(chosen, w, pairs, rng=rng, illuminant=illuminant)
         found.append(
             _truth(
@@ -81,7 +83,10 @@ def judge(reliefs: Sequence[Relief], chosen: Plan, illuminant: str, *, progress:
         some = [truth.only(slice(None, None, max(1, len(truth.pairs.wi) // _BOUND_PAIRS))) for truth in found]
         bounded = _with_bound(chosen, some)
     s = rng.uniform(0.3, 1, _SERIES_PROBES) * chosen.ensemble[0].s_max
-    lacking = max(exact_error(relief, series, s) for relief, series in zip(reliefs, chosen.ensemble, strict=True))
+    scale = chosen.matter.plate_ior
+    lacking = max(
+        exact_error(relief.scaled(scale), series, s) for relief, series in zip(reliefs, chosen.ensemble, strict=True)
+    )
 
     def errors_of(table: Table) -> Errors:
         errors = measure(found, table.candidate, illuminant, holds_reflectance=chosen.holds_reflectance)
@@ -126,14 +131,15 @@ def _affordable_pairs(chosen: Plan) -> int:
     return int(np.clip(_BINS_SUMMED / bins, _PAIRS_MIN, _PAIRS_MAX))
 
 
-def w_within(w_range: tuple[float, float], count: int, rng: np.random.Generator) -> np.ndarray:
-    """Draw values of w (count,) within a range, distributed as for two cosine-weighted directions.
+def w_within(w_range: tuple[float, float], count: int, rng: np.random.Generator, *, least: float = 0.0) -> np.ndarray:
+    """Draw values of w (count,) within a range, distributed as for two cosine-weighted directions whose cosines are at
+    least `least`.
 
     One value comes from each of `count` quantiles. One is always large, where a deep relief is hardest."""
-    drawn = np.sort(draw_w(4096, rng))
+    drawn = np.sort(draw_w(4096, rng, least=least))
     drawn = drawn[(drawn >= w_range[0]) & (drawn <= w_range[1])]
     if len(drawn) < count:
-        drawn = np.linspace(*w_range, 4 * count)
+        drawn = np.linspace(max(w_range[0], 2 * least), w_range[1], 4 * count)
     return drawn[((np.arange(count) + rng.random(count)) / count * len(drawn)).astype(int)]
 
 
@@ -143,8 +149,9 @@ def pairs_within(chosen: Plan, w: float, count: int, *, rng: np.random.Generator
     For a small region up to 64 times as many are drawn, until at least half of `count` are inside."""
     for more in (1, 4, 16, 64):
         drawn = draw_pairs(
-            _spectrum(chosen.ensemble, rng), chosen.sigma_b, w, count=more * count, rng=rng, line_m=line_of(illuminant)
-        )
+            _spectrum(chosen.ensemble, rng), chosen.sigma_b, w, count=more * count, rng=rng,
+            line_m=line_of(illuminant), least=least_cosine(chosen.matter.plate_ior),
+        )  # fmt: skip
         drawn = drawn.within(chosen.region)
         if 2 * len(drawn.wi) >= count:
             break

@@ -53,7 +53,7 @@ def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent
         )
     return Table(
         terms, zero_order, chosen.sigma_b, chosen.texel, illuminant, excess, (v[0], u[0]),
-        chosen.w_range, chosen.precision,
+        chosen.w_range, chosen.precision, plate_ior=chosen.matter.plate_ior,
     )  # fmt: skip
 
 

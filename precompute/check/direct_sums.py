@@ -180,23 +180,23 @@ def _distribution(relief: Relief) -> tuple[np.ndarray, np.ndarray]:
 
 def draw_pairs(
     reliefs: Sequence[Relief], sigma_b: float, w: float, *, count: int, region: Region, rng: np.random.Generator,
-    line_m: float | None = None,
+    line_m: float | None = None, least: float = 0.0,
 ) -> Pairs:  # fmt: skip
     """Draw up to `count` direction pairs with cos(ti) + cos(tr) = w and with u and v in a region.
 
     Half of the pairs are cosine weighted, and half are drawn from the spectrum. Fewer are returned if pairs rarely fall
-    in the region. `line_m` is the wavelength of a laser's line."""
-    cosine = _cosine_within(w, count // 2, region, rng)
+    in the region. `line_m` is the wavelength of a laser's line. Both cosines are at least `least`."""
+    cosine = _cosine_within(w, count // 2, region, rng, least)
     half = _half_vectors(reliefs, sigma_b, w, count - count // 2, region, rng, line_m)
-    wi, wr = pair_about(half, rng)
+    wi, wr = pair_about(half, rng, least=least)
     drawn = np.arange(len(cosine.wi) + len(wi)) >= len(cosine.wi)
     return Pairs(np.concatenate([cosine.wi, wi]), np.concatenate([cosine.wr, wr]), drawn)
 
 
-def _cosine_within(w: float, count: int, region: Region, rng: np.random.Generator) -> Pairs:
+def _cosine_within(w: float, count: int, region: Region, rng: np.random.Generator, least: float) -> Pairs:
     wi, wr = np.empty((2, 0, 3))
     for _ in range(100):
-        more = cosine_weighted(w, count, rng)
+        more = cosine_weighted(w, count, rng, least=least)
         kept = Pairs(*more, np.zeros(len(more[0]), bool)).within(region)
         wi, wr = np.concatenate([wi, kept.wi])[:count], np.concatenate([wr, kept.wr])[:count]
         if len(wi) == count:

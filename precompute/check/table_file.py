@@ -16,7 +16,7 @@ from ..optics.region import Region
 from ..reflectance.matter import DIELECTRIC, MIRRORING, Matter
 from ..reflectance.matter_text import parse
 
-FORMAT = 11
+FORMAT = 12
 # The inner texels of a tile hold the table. _RIM is the number of texels on each side of them for interpolation. _STRIP
 # is the number of rows of the zero order's strip.
 _RIM, _STRIP = 2, 4
@@ -35,6 +35,7 @@ _REALS = {
     "v_first": (-16.0, 16.0),
     "w_min": (0.0, 2.0),
     "w_max": (0.0, 2.0),
+    "plate_ior": (1.0, 3.0),
 }
 # The limits of a material, as in the bake.
 _TERMS_MAX, _LEVELS_MAX = 96, 64
@@ -55,6 +56,8 @@ class Table:
     sigma_b     standard deviation of the kernel in u and v
     basis       (K, J), each term's function of w as coefficients of Chebyshev polynomials
     record      the header
+
+    Under a plate, u, v, w and sigma_b are those of the directions inside it.
     """
 
     terms: np.ndarray
@@ -211,7 +214,8 @@ def _fault_of_provenance(record: dict[str, Any]) -> str:
     heights = record.get("heights_sha256", [])
     request = record.get("request")
     matter = request.get("matter", DIELECTRIC) if isinstance(request, dict) else DIELECTRIC
-    if _holds_reflectance(matter) != (record["layout"]["bound_texels"] > 0):
+    layout = record["layout"]
+    if _held(matter) != (layout["bound_texels"] > 0, layout["plate_ior"]):
         return "matter"
     if type(asked) not in (int, float) or not 0 < asked < 100:
         return "asked_delta_e"
@@ -222,12 +226,13 @@ def _fault_of_provenance(record: dict[str, Any]) -> str:
     return ""
 
 
-def _holds_reflectance(matter: object) -> bool | None:
-    """Whether a table of a matter holds its reflectance; None for what is no matter."""
+def _held(matter: object) -> tuple[bool, float] | None:
+    """Whether a table of a matter holds its reflectance, and the index of its plate; None for what is no matter."""
     try:
-        return parse(matter).baked if isinstance(matter, str) else None
+        found = parse(matter) if isinstance(matter, str) else None
     except GratingError:
         return None
+    return None if found is None else (found.baked, found.plate_ior)
 
 
 def _table(image: np.ndarray, record: dict[str, Any]) -> Table:

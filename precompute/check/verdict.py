@@ -20,6 +20,7 @@ from ..base.progress import Progress, part_of, silent
 from ..colour.observer import WAVELENGTH_MIN_M, line_of
 from ..measure.errors import RELATIVE_DY, Errors, Truth, measure
 from ..measure.pairs import Pairs, draw_w
+from ..optics.plate import least_cosine
 from ..surface.height_map import HeightMap
 from ..surface.relief import Relief, prepare
 from ..surface.steps.pipeline import DEFAULT, steps_of
@@ -134,7 +135,8 @@ def check(
     asked = float(table.record.get("asked_delta_e", 1.0)) if delta_e is None else delta_e
     step_m = default_step(table.sigma_b) if step_m is None else step_m
     steps = steps_in(table.record, str(bake))
-    reliefs = [prepare(height_map, steps) for height_map in height_maps]
+    plate_ior = table.matter.plate_ior
+    reliefs = [prepare(height_map, steps, plate_ior=plate_ior).scaled(plate_ior) for height_map in height_maps]
     truth = truths(table, reliefs, groups=groups, pairs=pairs, step_m=step_m, progress=progress)
     if not sum(len(t.scattered_xyz) for t in truth):
         raise GratingError(bake, f"none of {pairs} direction pairs lies in its region", "give more --pairs")
@@ -203,10 +205,12 @@ def truths(
     All pairs are within the region and the range of w that the table covers."""
     rng = np.random.default_rng(_SEED)
     found = []
-    for k, w in enumerate(_draw_w(table.w_range, groups, rng)):
+    least = least_cosine(table.matter.plate_ior)
+    for k, w in enumerate(_draw_w(table.w_range, groups, rng, least=least)):
         drawn = draw_pairs(
-            reliefs, table.sigma_b, w, count=pairs, region=table.region, rng=rng, line_m=line_of(table.illuminant)
-        )
+            reliefs, table.sigma_b, w, count=pairs, region=table.region, rng=rng, line_m=line_of(table.illuminant),
+            least=least,
+        )  # fmt: skip
         scattered = scattered_xyz(
             reliefs, (drawn.u, drawn.v, w), sigma_b=table.sigma_b, step_m=step_m, illuminant=table.illuminant,
             matter=table.matter, progress=part_of(progress, "check", done=k, total=groups),
@@ -216,15 +220,16 @@ def truths(
     return found
 
 
-def _draw_w(w_range: tuple[float, float], count: int, rng: np.random.Generator) -> np.ndarray:
-    """Draw values of w (count,) in a range, distributed as for two cosine-weighted directions.
+def _draw_w(w_range: tuple[float, float], count: int, rng: np.random.Generator, *, least: float) -> np.ndarray:
+    """Draw values of w (count,) in a range, distributed as for two cosine-weighted directions with cosines of at least
+    `least`.
 
     One value comes from each of `count` quantiles."""
     low, high = w_range
-    every = np.sort(draw_w(4096, rng))
+    every = np.sort(draw_w(4096, rng, least=least))
     inside = every[(every >= low) & (every <= high)]
     if len(inside) < count:
-        inside = np.linspace(low, high, 4 * count)
+        inside = np.linspace(max(low, 2 * least), high, 4 * count)
     return inside[((np.arange(count) + rng.random(count)) / count * len(inside)).astype(int)]
 
 

@@ -42,17 +42,21 @@ class Pairs:
         return scattering_factor(self.wi, self.wr, None if holds_reflectance else KERATIN_IOR)
 
 
-def draw_w(count: int, rng: np.random.Generator) -> np.ndarray:
-    """Draw values of w = cos(ti) + cos(tr), (count,), distributed as for two cosine-weighted directions.
+def draw_w(count: int, rng: np.random.Generator, *, least: float = 0.0) -> np.ndarray:
+    """Draw values of w = cos(ti) + cos(tr), (count,), distributed as for two cosine-weighted directions whose cosines
+    are at least `least`.
 
     One value comes from each of `count` quantiles, so that a few values cover the range."""
-    sums = np.sort(np.sqrt(rng.random((4096, 2))).sum(axis=1))
+    sums = np.sort(np.sqrt(least**2 + (1 - least**2) * rng.random((4096, 2))).sum(axis=1))
     return sums[((np.arange(count) + rng.random(count)) / count * len(sums)).astype(int)]
 
 
-def cosine_weighted(w: float, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Draw unit vectors wi, wr (count, 3) with cos(ti) + cos(tr) = w, both cosine weighted, at random azimuths."""
-    low, high = max(0.0, w - 1), min(1.0, w)
+def cosine_weighted(
+    w: float, count: int, rng: np.random.Generator, *, least: float = 0.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Draw unit vectors wi, wr (count, 3) with cos(ti) + cos(tr) = w, both cosine weighted, at random azimuths. Their
+    cosines are at least `least`."""
+    low, high = max(least, w - 1), min(1.0, w - least)
     candidates = rng.uniform(low, high, 64 * count)
     # The cosine c of a cosine-weighted direction has the density 2 c, and its partner's cosine is w - c. Their joint
     # density is proportional to c (w - c), which peaks at c = w / 2.
@@ -67,8 +71,8 @@ def _direction(cosine: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
     return np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), cosine], axis=-1)
 
 
-def pair_about(half: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Draw unit vectors wi and wr, both above the surface, whose sums wi + wr are the vectors `half` (n, 3).
+def pair_about(half: np.ndarray, rng: np.random.Generator, *, least: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Draw unit vectors wi and wr whose sums wi + wr are the vectors `half` (n, 3). Their cosines are above `least`.
 
     A vector of `half` without a pair after 200 trials is left out, so fewer than n pairs may be returned."""
     length = np.linalg.norm(half, axis=1, keepdims=True)
@@ -82,7 +86,7 @@ def pair_about(half: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, 
         turn = rng.uniform(0, 2 * np.pi, (len(pending), 1))
         a, s = axis[pending], side[pending]
         trial = reach[pending] * (np.cos(turn) * s + np.sin(turn) * np.cross(a, s))
-        above = np.abs(trial[:, 2]) < half[pending, 2] / 2
+        above = np.abs(trial[:, 2]) < half[pending, 2] / 2 - least
         offset[pending[above]] = trial[above]
         pending = pending[~above]
         if len(pending) == 0:

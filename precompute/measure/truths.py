@@ -22,23 +22,25 @@ Spectrum = Callable[[float], tuple[np.ndarray, FrequencyGrid]]
 
 
 def draw_pairs(
-    spectrum: Spectrum, sigma_b: float, w: float, *, count: int, rng: np.random.Generator, line_m: float | None = None
-) -> Pairs:
+    spectrum: Spectrum, sigma_b: float, w: float, *, count: int, rng: np.random.Generator,
+    line_m: float | None = None, least: float = 0.0,
+) -> Pairs:  # fmt: skip
     """Draw `count` pairs with cos(ti) + cos(tr) = w: half cosine weighted, half from the spectrum under a kernel of
     sigma_b. Fewer pairs are returned if the spectrum is dark or lies mostly past the horizon.
 
-    `line_m` is the wavelength in metres of a laser's line."""
-    cosine = cosine_weighted(w, count // 2, rng)
-    spectral = _spectrum_weighted(spectrum, sigma_b, w, count - count // 2, rng, line_m)
+    `line_m` is the wavelength in metres of a laser's line. Both cosines are at least `least`."""
+    cosine = cosine_weighted(w, count // 2, rng, least=least)
+    half = _half_vectors(spectrum, sigma_b, w, count - count // 2, rng, line_m)
+    spectral = pair_about(half, rng, least=least)
     wi, wr = (np.concatenate(halves) for halves in zip(cosine, spectral, strict=True))
     drawn = np.arange(len(wi)) >= len(cosine[0])
     return Pairs(wi, wr, drawn)
 
 
-def _spectrum_weighted(
+def _half_vectors(
     spectrum: Spectrum, sigma_b: float, w: float, count: int, rng: np.random.Generator, line_m: float | None
-) -> tuple[np.ndarray, np.ndarray]:
-    """Draw pairs whose half vectors follow the scattered power times luminance, blurred by the kernel."""
+) -> np.ndarray:
+    """Draw half vectors (n, 3) from the scattered power times luminance, blurred by the kernel."""
     lambdas = wavelengths(20e-9) if line_m is None else np.array([line_m])
     luminance = spectral_weights(lambdas)[:, 1]
     half = []
@@ -55,10 +57,10 @@ def _spectrum_weighted(
         uv = lam * np.stack([grid.q_x[col], grid.q_y[row]], axis=-1) + sigma_b * rng.standard_normal((share, 2))
         half.append(uv)
     if not half:
-        return np.empty((0, 3)), np.empty((0, 3))
+        return np.empty((0, 3))
     uv = rng.permutation(np.concatenate(half))
     uv = uv[np.sum(uv**2, axis=1) < 4 - w**2][:count]
-    return pair_about(np.column_stack([uv, np.full(len(uv), w)]), rng)
+    return np.column_stack([uv, np.full(len(uv), w)])
 
 
 def truths(

@@ -7,6 +7,8 @@ import numpy as np
 
 # |(u, v)| reaches 2 if light and viewer both graze the surface on the same side.
 FARTHEST = 2.0
+# w = cos(ti) + cos(tr) reaches 2 if both look along the normal.
+W_MAX = 2.0
 
 
 class Region(NamedTuple):

@@ -2,7 +2,7 @@
 """A matter's reflectance as curves over the half angle, for sums over many directions.
 
 The reflectance is that of the half angle, whose cosine is |wi + wr| / 2 = sqrt(u^2 + v^2 + w^2) / 2. So it is a
-function of the wavelength and of a table's own variables.
+function of the wavelength and of a table's own variables. Under a plate they are those of the directions inside.
 """
 
 from collections.abc import Callable

@@ -1,16 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a surface is made of: a metal, an index of refraction, or layers on a substrate. matter_text.py reads it."""
+"""What a surface is made of: a metal, an index of refraction, or layers on a substrate, perhaps under a plate.
+matter_text.py reads it."""
 
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..optics.plate import NO_PLATE
 from .films import stack_reflectance
 from .metals import metal_index
 
 # Two matters without an index: the material's own index of refraction, set in the scene, and a perfect mirror.
 DIELECTRIC, MIRROR = "dielectric", "mirror"
 AIR = "air"
+# The word for a plate in a text.
+PLATE = "plate"
 
 # A complex index n + ik, or the name of a metal.
 Index = complex | str
@@ -45,6 +49,7 @@ class Matter:
 
     substrate  the index under the layers; DIELECTRIC or MIRROR for these matters, which have no layers
     repeats    the layers from the outside inwards
+    plate_ior  the index of a transparent plate over the relief (optics/plate.py); 1 without one
     text       the text as the user gave it, with names of layers. Two matters are equal if only this text differs
 
     str(matter) is the text without names, spaces and units that vary; matter_text.parse reads it back as an equal
@@ -52,10 +57,12 @@ class Matter:
 
     substrate: Index
     repeats: tuple[Repeat, ...] = ()
+    plate_ior: float = NO_PLATE
     text: str = field(default="", compare=False)
 
     def __str__(self) -> str:
-        return ", ".join([*map(str, self.repeats), _index_text(self.substrate)])
+        plate = [f"{PLATE} {_number_text(self.plate_ior)}"] if self.has_plate else []
+        return ", ".join([*plate, *map(str, self.repeats), _index_text(self.substrate)])
 
     @property
     def baked(self) -> bool:
@@ -68,14 +75,20 @@ class Matter:
         return isinstance(self.substrate, str) and self.substrate != DIELECTRIC
 
     @property
+    def has_plate(self) -> bool:
+        """Whether a plate is over the relief."""
+        return self.plate_ior != NO_PLATE
+
+    @property
     def layers(self) -> tuple[Layer, ...]:
         """Every layer, the outermost first."""
         return tuple(layer for repeat in self.repeats for layer in repeat.layers * repeat.count)
 
     def reflectance(self, wavelengths_m: np.ndarray, cosines: np.ndarray) -> np.ndarray:
-        """The power reflectance (n, m) in air for unpolarised light, from 0 to 1, and 1 at cosine 0.
+        """The power reflectance (n, m) for unpolarised light, from 0 to 1, and 1 at cosine 0.
 
-        wavelengths_m (n,) are in metres; cosines (m,) are of the angle of incidence. Raises ValueError if the matter
+        wavelengths_m (n,) are in metres, in air; cosines (m,) are of the angle of incidence, inside the plate if there
+        is one. Raises ValueError if the matter
         is DIELECTRIC, or has a metal and a wavelength is outside the metal's table, which covers 380 to 780 nm."""
         if not self.baked:
             raise ValueError("a dielectric reflects by its index of refraction in the scene: use fresnel_reflectance")
@@ -84,9 +97,10 @@ class Matter:
             return np.ones((len(wavelengths_m), len(cosines)))
         layers = self.layers
         stack = [layer.index for layer in layers] + [self.substrate]
-        known = {index: _values(index, wavelengths_m) for index in set(stack)}
+        known = {index: _values(index, wavelengths_m) / self.plate_ior for index in set(stack)}
+        # Only the indices and the wavelength relative to the medium before the stack matter.
         return stack_reflectance(
-            wavelengths_m, cosines, np.array([known[index] for index in stack]),
+            wavelengths_m / self.plate_ior, cosines, np.array([known[index] for index in stack]),
             thicknesses_m=[layer.thickness_nm * 1e-9 for layer in layers],
         )  # fmt: skip
 

@@ -9,6 +9,7 @@ A text is one of
     1.56                              a refractive index; 1.7+0.02i has an extinction coefficient
     1.46/200nm, aluminium             layers from the outside inwards, then the substrate under them
     6x(1.68/80nm, 1.56/90nm), 1.56    layers that repeat
+    plate 1.585, aluminium            any of these but dielectric, under a clear plate of an index
 
 A layer is INDEX/THICKNESS. The index is a number, a metal or `air`; the thickness is in nm or um. A name may stand
 before an index: `chitin 1.56/120nm`. It is for the reader and has no effect. The substrate is an index without a
@@ -18,7 +19,8 @@ thickness: `chitin 1.56/120nm, air`. A repeat holds no other repeat. Capital let
 import re
 
 from ..base.failure import GratingError
-from .matter import AIR, DIELECTRIC, MIRROR, Index, Layer, Matter, Repeat
+from ..optics.plate import NO_PLATE, PLATE_IOR_MAX
+from .matter import AIR, DIELECTRIC, MIRROR, PLATE, Index, Layer, Matter, Repeat
 from .metals import METALS
 
 # The greatest length of a text, and the greatest number of layers, with their repeats.
@@ -41,6 +43,7 @@ _PART = re.compile(r" ?(?:(\d+) ?x ?\(([^()]*)\)|([^(),]*)) ?(,|$)", re.ASCII)
 _QUOTED = 60
 
 _EXAMPLES = "such as 1.46/200nm, aluminium"
+_PLATES = f"give an index above 1 and at most {PLATE_IOR_MAX:g}, such as plate 1.585"
 _KNOWN = f"give {', '.join(_ALONE)}, {', '.join(METALS)}, an index such as 1.56, or layers {_EXAMPLES}"
 _REPEATS = "write repeats as 6x(1.68/80nm, 1.56/90nm)"
 
@@ -57,10 +60,15 @@ def parse(text: str) -> Matter:
     if plain in _ALONE:
         return Matter(plain, text=text)
     *above, (count, substrate) = _parts(plain)
-    if count or "/" in substrate or not substrate:
+    plate_ior = NO_PLATE
+    if above and above[0][1].split(" ")[0] == PLATE and not above[0][0]:
+        plate_ior = _plate(above.pop(0)[1])
+        if substrate == MIRROR and not above:
+            return Matter(MIRROR, plate_ior=plate_ior, text=text)
+    if count or "/" in substrate or substrate.split(" ")[0] in ("", PLATE):
         raise _error(plain, "has no substrate", f"end with an index, a metal or {AIR}, {_EXAMPLES}")
-    matter = Matter(_index(substrate), _repeats(above), text)
-    if matter == Matter(1):
+    matter = Matter(_index(substrate), _repeats(above), plate_ior, text)
+    if not above and matter.substrate in (1, plate_ior):
         raise _error(plain, "reflects nothing", f"put a layer before it, such as chitin 1.56/120nm, {AIR}")
     # Names are left out, but spaces are added.
     if len(str(matter)) > LONGEST:
@@ -97,6 +105,14 @@ def _repeats(parts: list[tuple[int, str]]) -> tuple[Repeat, ...]:
             layers = repeats.pop().layers + layers
         repeats.append(Repeat(layers, count))
     return tuple(repeats)
+
+
+def _plate(text: str) -> float:
+    """The index of a part such as `plate 1.585`."""
+    found = _INDEX.fullmatch(text.removeprefix(PLATE).strip())
+    if not found or found[2] or not NO_PLATE < float(found[1]) <= PLATE_IOR_MAX:
+        raise _error(text, "is no plate", _PLATES)
+    return float(found[1])
 
 
 def _layer(text: str) -> Layer:

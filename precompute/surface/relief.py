@@ -2,12 +2,13 @@
 """The relief: a height map prepared for the Fourier transform (levelled, holes filled, upsampled, apodised)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..base.memory import refuse_beyond_memory
 from ..colour.observer import WAVELENGTH_MIN_M
+from ..optics.plate import NO_PLATE
 from .height_map import HeightMap
 from .holes import fill_missing
 from .steps.pipeline import DEFAULT, level
@@ -54,23 +55,33 @@ class Relief:
         """Highest minus lowest height in metres."""
         return float(np.ptp(self.height_m))
 
+    def scaled(self, factor: float) -> "Relief":
+        """The relief, `factor` times as large in every dimension."""
+        dy, dx = self.pixel_size_m
+        return replace(self, height_m=self.height_m * factor, pixel_size_m=(dy * factor, dx * factor))
 
-def prepare(height_map: HeightMap, steps: Sequence[Step] = DEFAULT) -> Relief:
+
+def prepare(height_map: HeightMap, steps: Sequence[Step] = DEFAULT, *, plate_ior: float = NO_PLATE) -> Relief:
     """Level a height map by steps, by default a plane, and make a relief of it.
 
     Raises GratingError as `level` and `relief_of` do."""
-    return relief_of(level(height_map, steps).height_map)
+    return relief_of(level(height_map, steps).height_map, plate_ior=plate_ior)
 
 
-def relief_of(levelled: HeightMap) -> Relief:
+def relief_of(levelled: HeightMap, *, plate_ior: float = NO_PLATE) -> Relief:
     """Make a relief of levelled heights: fill holes, upsample to pixels of at most PIXEL_MAX_M, apodise the edges.
 
+    Under a plate the pixels are finer, because the wavelength is shorter there.
     Periodic surfaces keep their edges. Raises GratingError if the relief would take over half of the free memory."""
-    factors = [_refinement(*side) for side in zip(levelled.height_m.shape, levelled.pixel_size_m, strict=True)]
+    pixel_max_m = PIXEL_MAX_M / plate_ior
+    factors = [
+        _refinement(count, pixel_m / pixel_max_m)
+        for count, pixel_m in zip(levelled.height_m.shape, levelled.pixel_size_m, strict=True)
+    ]
     rows, cols = (n * factor for n, factor in zip(levelled.height_m.shape, factors, strict=True))
     refuse_beyond_memory(
         _BYTES_PER_PIXEL * rows * cols,
-        f"its relief, refined to {rows} x {cols} pixels of at most {PIXEL_MAX_M * 1e9:.0f} nm,",
+        f"its relief, refined to {rows} x {cols} pixels of at most {pixel_max_m * 1e9:.0f} nm,",
         SMALLER,
         source=levelled.source,
     )
@@ -87,9 +98,10 @@ def relief_of(levelled: HeightMap) -> Relief:
     return Relief(height, (along_y, along_x), (dy, dx), levelled.periodic)
 
 
-def _refinement(count: int, pixel_m: float) -> int:
-    """Return the upsampling factor along an axis; 1 for a single row or column."""
-    return max(1, int(np.ceil(pixel_m / PIXEL_MAX_M - 1e-9))) if count > 1 else 1
+def _refinement(count: int, size: float) -> int:
+    """Return the upsampling factor along an axis, whose pixels have `size` times the largest size; 1 for a single row
+    or column."""
+    return max(1, int(np.ceil(size - 1e-9))) if count > 1 else 1
 
 
 def _tukey_window(count: int) -> np.ndarray:

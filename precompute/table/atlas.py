@@ -24,6 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..colour.observer import is_illuminant
+from ..optics.plate import NO_PLATE, PLATE_IOR_MAX
 from ..optics.region import FARTHEST, Region
 from .albedo_bound import BOUND_TEXELS_MIN
 from .table import Table, past_end
@@ -54,7 +55,7 @@ class Layout:
     tile's texel (0, 0) is at (v_first, u_first). tiling.py places the other levels; each has a kernel of level_ratio
     times the variance of the one before. `texel` is the step of u and v per texel on level 0. Tiles are stored divided
     by `scale`. A term's function of w sums `polynomials` Chebyshev polynomials; `basis` holds the coefficients, term by
-    term."""
+    term. Under a plate of the index plate_ior, which else is 1, u, v and w are those of the directions inside."""
 
     terms: int
     polynomials: int
@@ -77,6 +78,7 @@ class Layout:
     scale: float
     zero_order_samples: int
     bound_texels: int
+    plate_ior: float
     illuminant: str
 
     @property
@@ -105,7 +107,13 @@ class Layout:
     def whole(self) -> bool:
         """Whether the tiles hold every pair of directions."""
         ends = (self.w_min, self.w_max) == (0, 2)
-        return ends and self.region.is_whole
+        rim = self.farthest - 1e-9
+        return ends and all(low <= -rim and high >= rim for low, high in self.region)
+
+    @property
+    def farthest(self) -> float:
+        """The greatest |(u, v)| of any pair of directions."""
+        return FARTHEST / self.plate_ior
 
     @property
     def has_polynomials(self) -> bool:
@@ -149,6 +157,8 @@ class Layout:
             and 0 < self.texel <= 2 * FARTHEST
             and all(-FARTHEST - self.texel <= end <= FARTHEST + self.texel for side in self.region for end in side)
             and is_illuminant(self.illuminant)
+            and NO_PLATE <= self.plate_ior <= PLATE_IOR_MAX
+            and (self.plate_ior == NO_PLATE or self.holds_reflectance)
         )
 
     @property
@@ -208,6 +218,7 @@ def layout_of(bake: Table) -> Layout:
         scale=2.0 ** math.ceil(math.log2(peak / LARGEST_STORED)),
         zero_order_samples=len(bake.zero_order),
         bound_texels=_bound_texels(bake),
+        plate_ior=bake.plate_ior,
         illuminant=bake.illuminant,
     )
 
@@ -242,6 +253,7 @@ def unpack(image: np.ndarray, layout: Layout) -> Table:
     return Table(
         terms, zero_order, layout.sigma_b, layout.texel, layout.illuminant, excess, first, w_range, image.dtype.type,
         tuple(wider), layout.level_ratio, np.reshape(layout.basis, (layout.terms, layout.polynomials)).astype(float),
+        layout.plate_ior,
     )  # fmt: skip
 
 

@@ -25,7 +25,7 @@ from .atlas import Layout, unpack
 from .table import Table
 
 # The version of the files. A reader refuses all others.
-FORMAT = 11
+FORMAT = 12
 # The header's attribute that holds the record.
 HEADER_KEY = "natural_gratings"
 # The types of a record's optional values beside `format` and `layout` (bake/bake_folder.py).
@@ -149,7 +149,8 @@ def _parse(picture: Picture) -> tuple[Layout, dict[str, Any]]:
     if record.get("precision", precision) != precision:
         told = f"holds {precision}, not its header's {record['precision']!r:.20}"
         raise GratingError(picture.path, told, "bake it again")
-    if matter_in(layout, record, picture.path).baked != layout.holds_reflectance:
+    matter = matter_in(layout, record, picture.path)
+    if (matter.baked, matter.plate_ior) != (layout.holds_reflectance, layout.plate_ior):
         raise GratingError(picture.path, "its header's matter does not fit its picture", "bake it again")
     return layout, record
 

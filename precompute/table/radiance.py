@@ -11,6 +11,7 @@ import numpy as np
 from ..colour.working_space import rgb_from_xyz
 from ..optics.brdf import half_angle_cosine, scattering_factor
 from ..optics.fresnel import KERATIN_IOR, fresnel_reflectance
+from ..optics.plate import NO_PLATE, inside_plate, plate_factor
 from ..optics.small_slope import IOR_MAX
 from .table import Table
 
@@ -57,14 +58,20 @@ def reflected_xyz(
     scattered XYZ over w^2, 0 outside the table, and Z the colour of its zero order. p is the period scale and c the
     height scale. A table that holds its matter's reflectance has (1 + wi.wr)^2 / cos(tr) in place of 4 cos(ti)^2
     cos(tr) Q, and 1 in place of R; the albedo bound divides all of it. `stam` asks for Stam's form (Stam 1999, equation
-    5), without the bound."""
+    5), without the bound. Under a plate, the formula has the directions inside, and the result is multiplied by
+    plate_factor (optics/plate.py). The disc's variance is then divided by the square of the plate's index."""
+    plate_ior = table.plate_ior
+    disc = variance * (1 + wi[..., 2] ** 2) / (2 * plate_ior**2)
+    passed = np.reshape(plate_factor(wi, wr, plate_ior), (-1, 1))
+    if plate_ior != NO_PLATE:
+        wi, wr = inside_plate(wi, plate_ior), inside_plate(wr, plate_ior)
     holds = table.holds_reflectance
     ior = None if holds else skin.ior if stam else min(skin.ior, IOR_MAX)
     u, v, w = (wi + wr).T
     cos_i = wi[..., 2]
-    blur = np.maximum(variance * (1 + cos_i**2) / 2 - table.sigma_b**2, 0) + (w * skin.roughness**2) ** 2 / 2
+    blur = np.maximum(disc - table.sigma_b**2, 0) + (w * skin.roughness**2) ** 2 / 2
     p, c = skin.period_scale, skin.height_scale
-    inside = ((p * u) ** 2 + (p * v) ** 2 < 4) & table.holds(p * u, p * v, c * w)
+    inside = ((p * u) ** 2 + (p * v) ** 2 < (2 / plate_ior) ** 2) & table.holds(p * u, p * v, c * w)
     xyz = inside[:, None] * table.scattered_over_w2(p * u, p * v, c * w, variance=blur * p**2)
     xyz *= (scattering_factor(wi, wr, ior, stam=stam) * (p * c) ** 2)[:, None]
     near = np.flatnonzero(u**2 + v**2 < _KERNEL_ENDS**2 * (table.sigma_b**2 + blur))
@@ -72,7 +79,7 @@ def reflected_xyz(
     if ior is not None:
         mirrored *= fresnel_reflectance(half_angle_cosine(wi, wr), ior)[near]
     xyz[near] += mirrored[:, None] * table.zero_order_xyz(c * w[near])
-    return xyz if stam else xyz / np.reshape(table.bound_of(wi, wr), (-1, 1))
+    return passed * (xyz if stam else xyz / np.reshape(table.bound_of(wi, wr), (-1, 1)))
 
 
 def lamp_radiance(

@@ -18,6 +18,8 @@ from typing import Protocol
 import numpy as np
 
 from ..maths import bspline, chebyshev
+from ..optics.coherence import coherence_length
+from ..optics.plate import NO_PLATE
 from ..optics.region import Region
 from .albedo_bound import albedo_bound
 from .tiling import RATIOS, TILE_PADDING
@@ -59,6 +61,8 @@ class Table:
     wider          the same terms on wider blur levels, with texels scaled accordingly (tiling.py)
     level_ratio    the variance of a level's kernel over that of the level before
     basis          (K, J), the functions f_k as coefficients of T_0 to T_(J-1); None: f_k is T_k
+    plate_ior      the index of a plate over the relief, or 1. u, v, w and sigma_b are then those of the directions
+                   inside the plate (optics/plate.py)
     """
 
     terms: np.ndarray
@@ -73,6 +77,7 @@ class Table:
     wider: tuple[np.ndarray, ...] = ()
     level_ratio: float = RATIOS[-1]
     basis: np.ndarray = None  # type: ignore[assignment]  # __post_init__ fills it in
+    plate_ior: float = NO_PLATE
 
     def __post_init__(self) -> None:
         if self.basis is None:
@@ -180,6 +185,11 @@ class Table:
         """The coherence kernel (n,) of the zero order, widened by a variance in (u, v)."""
         variance = self.sigma_b**2 + variance
         return np.exp(-(u**2 + v**2) / (2 * variance)) / (2 * np.pi * variance)
+
+    @property
+    def coherence_length_m(self) -> float:
+        """The coherence length in metres: that of the kernel above a plate, which is wider by the plate's index."""
+        return coherence_length(self.sigma_b * self.plate_ior)
 
     @property
     def holds_reflectance(self) -> bool:

@@ -176,10 +176,17 @@ def gold(tmp_path_factory):
     return _blazed(tmp_path_factory, "gold")
 
 
+@pytest.fixture(scope="session")
+def under_plate(tmp_path_factory):
+    """The same of gold under a plate: its file and its table."""
+    return _blazed(tmp_path_factory, "plate 1.585, gold")
+
+
 def _blazed(tmp_path_factory, matter: str):
     asked = BakeRequest(coherence_length_m=8e-6, matter=parse(matter))
-    image, layout = atlas.pack(bake(prepare(read_height_map("sample:blazed")), asked))
-    path = tmp_path_factory.mktemp("radiance") / f"{matter}.exr"
+    relief = prepare(read_height_map("sample:blazed"), plate_ior=asked.matter.plate_ior)
+    image, layout = atlas.pack(bake(relief, asked))
+    path = tmp_path_factory.mktemp("radiance") / "blazed.exr"
     atlas_file.write_together({path: (image, layout)}, {"request": asked.as_dict()})
     return path, atlas.unpack(image, layout)
 
@@ -205,6 +212,12 @@ def skin(tmp_path_factory):
 def mirror_skin(tmp_path_factory):
     """The same as a perfect mirror, with an albedo bound."""
     return _baked_by_command(tmp_path_factory, "elaphe", "--matter", "mirror")
+
+
+@pytest.fixture(scope="session")
+def disc(tmp_path_factory):
+    """A bake of the CD sample as a perfect mirror under a plate, with its sample set: its file and its table."""
+    return _baked_by_command(tmp_path_factory, "cd", "--matter", "plate 1.585, mirror")
 
 
 @pytest.fixture(scope="session")

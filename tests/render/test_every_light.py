@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from laboratory.benchmarks.hemisphere import directional_albedo
+from precompute.optics.fresnel import fresnel_reflectance
+from precompute.optics.plate import NO_PLATE
 from tests.addon.worlds.made import world_with
 
 from .world_scenes import add_ball, add_soft_boxes, add_world, assign, look_at_ball
@@ -33,6 +35,11 @@ def test_white_furnace_of_a_deep_relief(stage, deep_skin):
     expect_directional_albedo(stage, deep_skin, "REST", (75, 80, 85))
 
 
+def test_white_furnace_under_a_plate(stage, disc):
+    """The disc's relief, and the face of its plate."""
+    expect_directional_albedo(stage, disc, "REST", (0, 60, 75))
+
+
 def expect_directional_albedo(stage, skin, lights, angles_deg):
     path, table = skin
     add_world(stage)
@@ -44,6 +51,8 @@ def expect_directional_albedo(stage, skin, lights, angles_deg):
         pixels = stage.rgb("cycles", 32, 64).reshape(-1, 3)
         bpy.data.objects.remove(camera)
         wanted = directional_albedo(table, theta)
+        if table.plate_ior != NO_PLATE:
+            wanted += fresnel_reflectance(np.cos(theta), table.plate_ior)
         # A mirror's pixels have a mean of 1 and noise. The quadrature of its albedo is exact to 1e-3.
         assert table.holds_reflectance or pixels.max() <= 1
         assert wanted.max() <= 1.001

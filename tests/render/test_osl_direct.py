@@ -77,6 +77,8 @@ def middle(baked, tmp_path):
         ("middle", 0.0, {"IOR": 1.3}),
         ("baked", 0.0, {"IOR": 5.0}),
         ("gold", 0.3, {"IOR": 3.0, "Roughness": 0.2}),
+        ("under_plate", 0.0, {}),
+        ("under_plate", 0.3, {"Roughness": 0.2, "Period Scale": 0.8, "Height Scale": 0.8}),
     ],
 )
 def test_the_shader_is_the_node_group_and_the_table(osl, addon, request, bake, disc, settings):

@@ -164,11 +164,13 @@ def test_a_render_is_the_bake(stage, baked, form, lights):
         ("baked", {"IOR": 5.0, "Strength": 2.0}),  # a dielectric's ends at 3
         ("gold", {"IOR": 3.0, "Strength": 2.0}),
         ("gold", {"Roughness": 0.3, "Period Scale": 0.8, "Height Scale": 0.6}),
+        ("under_plate", {}),
+        ("under_plate", {"Roughness": 0.3, "Period Scale": 1.7, "Height Scale": 0.6}),
     ],
 )
 def test_the_inputs_are_what_they_say(stage, request, bake, settings):
     path, table = request.getfixturevalue(bake)
-    assert table.holds_reflectance == (bake == "gold")
+    assert table.holds_reflectance == (bake != "baked")
     mesh, (location, target, angle) = shape(stage, "sphere")
     stage.camera(location, target, angle=angle)
     lamps(stage, "sun")

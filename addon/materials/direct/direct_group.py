@@ -25,7 +25,9 @@ slope reflectance (small_slope_nodes.py), R Fresnel's. The table of a metal or a
     M = 1 + max(0, X(wi) / cos(ti), X(wr) / cos(tr)),
 
 where X is the excess albedo of the relief as baked (precompute/table/albedo_bound.py). The f_k are functions of w,
-stored as sums of Chebyshev polynomials. B_k are read at the blur levels (precompute/table/atlas.py) around the variance
+stored as sums of Chebyshev polynomials. Under a plate, the formula has the directions inside it, and the result is
+multiplied by T(ti) T(tr) cos(ti) / (n^2 cos(ti')) (precompute/optics/plate.py). B_k are read at the blur levels
+(precompute/table/atlas.py) around the variance
 
     sigma^2 = sigma_b^2 + max(0, Variance (1 + cos(ti)^2) / 2 - sigma_b^2) + (w r^2)^2 / 2
 
@@ -44,6 +46,7 @@ from ...nodes.arrange import arrange
 from ...nodes.builder import Tree, Value
 from ...nodes.interface import add_interface
 from ..atlas_nodes import AtlasTable, Direction, albedo_bound, excess_albedo, matrix_times, zero_order_xyz
+from ..plate_nodes import Plate
 from ..response import QUESTION, TWO_RADIANCES, Response
 from ..small_slope_nodes import dielectric_ior, small_slope_reflectance
 
@@ -61,14 +64,17 @@ def build_direct_group(name: str, image: bpy.types.Image, layout: Layout, *, rgb
 
     b = tree.cross(n, t)
     wr = tree.value(tree.node("ShaderNodeNewGeometry").outputs["Incoming"])
-    light, view = (Direction.seen_in(tree, way, (t, b, n)) for way in (wi, wr))
+    plate = Plate(layout.plate_ior)
+    to_light, to_view = (Direction.seen_in(tree, way, (t, b, n)) for way in (wi, wr))
+    light, view = (plate.inside(tree, way) for way in (to_light, to_view))
     half = light.vector + view.vector
     w = light.cosine + view.cosine
     uv = half * (1.0, 1.0, 0.0)
     half2 = tree.dot(half, half)  # 2 (1 + wi.wr)
 
     slope = w * (roughness * roughness)
-    disc = disc * tree.squared(light.cosine).times_plus(0.5, 0.5)
+    shortened = 0.5 / layout.plate_ior**2
+    disc = disc * tree.squared(to_light.cosine).times_plus(shortened, shortened)
     blur = tree.maximum(disc - layout.sigma_b**2, 0.0) + slope * slope * 0.5
     table = AtlasTable(tree, image, layout, uv=uv * period_scale, w=w * height_scale)
     # Period Scale stretches the relief's own kernel, but not the blur by lamp and roughness.
@@ -85,6 +91,8 @@ def build_direct_group(name: str, image: bpy.types.Image, layout: Layout, *, rgb
         mirrored = mirrored * tree.fresnel(ior, tree.normalize(wi + wr))
         slopes = small_slope_reflectance(tree, ior, light=light, view=view, one_plus=half2 * 0.5)
         factor = tree.squared(light.cosine) * view.cosine * slopes * 4.0
+    if plate.present:
+        gain = gain * plate.factor(tree, (to_light, to_view), (light, view))
     scattered = factor * (tree.squared(period_scale * height_scale) * layout.scale)
     variance = blur + layout.sigma_b**2
     gaussian = tree.math("POWER", math.exp(-0.5), tree.dot(uv, uv) / variance)

@@ -8,6 +8,7 @@ import bpy
 
 from ....precompute.base.failure import GratingError, printable
 from ....precompute.colour.working_space import rgb_from_xyz
+from ....precompute.optics.plate import NO_PLATE
 from ....precompute.table.atlas_file import matter_in, read_sound_header
 from ....precompute.table.sample_set import path_beside
 from ....precompute.table.sample_set import read_sound_header as read_sound_set_header
@@ -15,7 +16,7 @@ from ...blender import compat
 from ..lobes.lobes_group import build_world_group
 from ..lobes.random_draw import SampleSetNodes, wavelengths_image
 from ..pictures import content_of, note_content, note_pictures, picture_of
-from ..response import Response, note_opaque, note_working_space
+from ..response import Response, note_opaque, note_plate, note_working_space
 from .direct_group import build_direct_group
 
 # Header entries that are equal in the two files of a bake, and differ between bakes.
@@ -40,6 +41,8 @@ def direct_response(path: Path) -> Response:
     note_working_space(response)
     if matter_in(layout, record, path).opaque:
         note_opaque(response)
+    if layout.plate_ior != NO_PLATE:
+        note_plate(response, layout.plate_ior)
     note_pictures(response.group)
     if draws_layout is None:
         return response

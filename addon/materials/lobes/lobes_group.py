@@ -25,6 +25,9 @@ view's. The colour of a single wavelength would be out of gamut and different in
 colour in its direction, the mean over all wavelengths from there. The other symbols are defined in
 direct/direct_group.py.
 
+Under a plate, C has the directions inside, and is multiplied by what the front face lets through on both ways, T(ti)
+T(tr). An order that the front face reflects totally is black. The closure is around the directions above the plate.
+
 The closure combines the width of the coherence kernel, with the standard deviation sigma_b in (u, v), and the skin's
 roughness r: alpha^2 = 2 sigma_b^2 / w^2 + r^4. This is exact for a Beckmann lobe. The bins of the spectrum may already
 include a part of the kernel (blur_q), which is subtracted here. If Sharp is 1, the kernel moves the direction at random
@@ -44,6 +47,7 @@ from ...nodes.arrange import arrange
 from ...nodes.builder import Tree, Value
 from ...nodes.interface import add_interface
 from ..atlas_nodes import AtlasTable, Direction, albedo_bound, excess_albedo, matrix_times, zero_order_xyz
+from ..plate_nodes import Plate
 from ..response import WORLD_ANSWER, WORLD_QUESTION
 from ..small_slope_nodes import dielectric_ior, small_slope_reflectance
 from .random_draw import SampleSetNodes
@@ -67,7 +71,9 @@ def build_world_group(
     b = tree.cross(n, t)
     geometry = tree.node("ShaderNodeNewGeometry")
     wr = tree.value(geometry.outputs["Incoming"])
-    view = Direction.seen_in(tree, wr, (t, b, n))
+    plate = Plate(layout.plate_ior)
+    to_view = Direction.seen_in(tree, wr, (t, b, n))
+    view = plate.inside(tree, to_view)
     cos_r = tree.maximum(view.cosine, _COSINE_MIN)
     skin = tree.squared(tree.squared(roughness))
 
@@ -80,7 +86,8 @@ def build_world_group(
         alpha2 = tree.math("DIVIDE", variance * 2.0 if isinstance(variance, Value) else 2 * variance, w * w) + skin
         return tree.math("POWER", tree.minimum(alpha2, 1.0), 0.25)
 
-    seen = tree.math("GREATER_THAN", view.cosine, 0.0)
+    seen = tree.math("GREATER_THAN", to_view.cosine, 0.0)
+    passed = plate.passed(tree, to_view, view) if plate.present else None
     if not layout.holds_reflectance:
         ior = dielectric_ior(tree, ior)
     excess_of_view = excess_albedo(tree, image, layout, way=view) if layout.holds_reflectance else None
@@ -91,17 +98,24 @@ def build_world_group(
             return tree.fresnel(ior, normal)
         return 1.0 / albedo_bound(tree, excess_albedo(tree, image, layout, way=light), excess_of_view)
 
+    def with_plate(light: Value, to_light: Direction, inside: Direction) -> Value:
+        """Light times what the plate's front face lets through, on the way in and out."""
+        return light if passed is None else light * (plate.passed(tree, to_light, inside) * passed)
+
     def to_space(direction: Direction) -> Value:
         return t * direction.x + b * direction.y + n * direction.cosine
 
-    def mirrored_xyz(light: Direction) -> Value:
-        half = tree.normalize(to_space(light) + wr)
+    def mirrored_xyz(to_light: Direction) -> Value:
+        light = plate.inside(tree, to_light)
+        half = tree.normalize(to_space(to_light) + wr)
         zero_order = zero_order_xyz(tree, image, layout, w=(light.cosine + cos_r) * height_scale)
-        return zero_order * reflectance(light, half)
+        return with_plate(zero_order * reflectance(light, half), to_light, light)
 
-    mirrored = _mean_over_mirror_image(tree, mirrored_xyz, view=view.vector, cosine=cos_r, sigma=layout.sigma_b)
+    # The kernel above a plate, around the mirror image there.
+    sigma, cos_above = layout.sigma_b * plate.ior, tree.maximum(to_view.cosine, _COSINE_MIN) if plate.present else cos_r
+    mirrored = _mean_over_mirror_image(tree, mirrored_xyz, view=to_view.vector, cosine=cos_above, sigma=sigma)
     mirrored = surface_rgb(mirrored) * seen
-    mirror_roughness = width(layout.sigma_b**2, cos_r * 2.0)
+    mirror_roughness = width(sigma**2, cos_above * 2.0)
 
     place = tree.value(geometry.outputs["Position"])
     draw = draws.add_to(tree, place)
@@ -119,7 +133,8 @@ def build_world_group(
     w = cos_i + cos_r
     weight = draw.weight(w * height_scale / ratio)
     half2 = tree.dot(half, half) * 0.5  # 1 + wi.wr
-    to_light = to_space(light)
+    above = plate.above(tree, light)
+    to_light = to_space(above)
     lobe_normal = tree.normalize(to_light + wr)
     table = AtlasTable(tree, image, layout, uv=draw.uv * ratio + moved, w=w * height_scale)
     xyz = table.sharp()
@@ -128,14 +143,18 @@ def build_world_group(
     red, green, blue = (float(row.max()) for row in rgb_from_xyz)
     colour = tree.vector_math("MINIMUM", surface_rgb(xyz) * tree.math("DIVIDE", 1.0, total), (red, green, blue))
     colour = colour * drawn_weight(layout.illuminant)
+    if plate.present:
+        cosine2 = plate.cosine2_above(tree, light)
     real = tree.math("GREATER_THAN", cosine2, _COSINE_MIN**2) * seen
     if layout.holds_reflectance:
         factor = tree.squared(half2) / (cos_i * cos_r) * reflectance(light, lobe_normal)
     else:
         slopes = small_slope_reflectance(tree, ior, light=light, view=view, one_plus=half2)
         factor = cos_i * cos_r * slopes * 4.0
-    gain = tree.squared(height_scale / ratio) * weight * factor * real
+    gain = with_plate(tree.squared(height_scale / ratio) * weight * factor * real, above, light)
     lobe = colour * tree.maximum(gain, 0.0)
+    if plate.present:
+        kernel, w = kernel * plate.ior**2, above.cosine + to_view.cosine
     lobe_roughness = width(kernel, w) * (1.0 - sharp)
     tree.output(mirrored, mirror_roughness, lobe, lobe_normal, lobe_roughness, to_light)
     arrange(group)

@@ -21,13 +21,14 @@ SAMPLES: dict[str, Callable[[], HeightMap]] = {
 # Titles that are more than the name with a capital.
 _TITLES = {"cd": "CD", "dvd": "DVD", "bluray": "Blu-ray"}
 
-# Discs are coated with aluminium.
+# Discs are of aluminium under polycarbonate.
 _METALLISED = tuple(f"{SAMPLE_PREFIX}{name}" for name in ("cd", "dvd", "bluray"))
 
 
 def matter_of(source: str) -> str:
-    """Return what the surface that a source names is made of, as --matter takes it: a disc is of aluminium."""
-    return "aluminium" if source in _METALLISED else "dielectric"
+    """Return what the surface that a source names is made of, as --matter takes it: a disc is of aluminium under
+    polycarbonate."""
+    return "plate 1.585, aluminium" if source in _METALLISED else "dielectric"
 
 
 def title_of(name: str) -> str:

@@ -43,14 +43,29 @@ def test_layers_are_those_of_the_field(waves):
     assert waves.bake_request() == request
 
 
+@pytest.mark.parametrize("plate", ["", "plate 1.585, "])
 @pytest.mark.parametrize("text", ["dielectric", "mirror", "gold", "1.56", STACK])
-def test_a_request_is_taken_and_given_back(waves, text):
+def test_a_request_is_taken_and_given_back(waves, text, plate):
+    if text == "dielectric":
+        plate = ""
     waves.matter = "LAYERS"
-    waves.layers = text
+    waves.layers = plate + text
     request = waves.bake_request()
     waves.take_request(request)
     assert waves.matter == (text.upper() if text.isalpha() else "LAYERS")
+    assert waves.plate_ior == pytest.approx(1.585 if plate else 1)  # a single-precision field
     assert waves.bake_request() == request
+
+
+def test_the_plate_of_the_field_is_over_all_but_a_dielectric(waves):
+    waves.plate_ior = 1.5
+    assert waves.bake_request().matter == parse("dielectric")
+    waves.matter = "SILVER"
+    assert waves.bake_request().matter == parse("plate 1.5, silver")
+    waves.matter = "LAYERS"
+    assert waves.bake_request().matter == parse(f"plate 1.5, {STACK}")
+    waves.layers = "plate 1.6, 1.3/100nm, silver"  # the text's own
+    assert waves.bake_request().matter == parse(waves.layers)
 
 
 @pytest.mark.parametrize(
@@ -65,9 +80,9 @@ def test_wrong_layers_name_their_field(waves, text, fault):
 
 
 @pytest.mark.parametrize("sample", ["cd", "dvd", "bluray"])
-def test_a_disc_is_of_aluminium(scene, sample):
+def test_a_disc_is_of_aluminium_under_polycarbonate(scene, sample):
     bpy.ops.grating.import_height_map(filepath=f"sample:{sample}")
-    assert scene.natural_gratings.active().matter == "ALUMINIUM"
+    assert scene.natural_gratings.active().bake_request().matter == parse("plate 1.585, aluminium")
 
 
 def test_other_samples_are_dielectrics(scene):

@@ -29,6 +29,20 @@ def test_a_fixed_index_is_fresnel():
     assert found == pytest.approx(np.tile(fresnel_reflectance(COSINES, 1.56), (5, 1)), abs=1e-12)
 
 
+def test_an_index_under_a_plate_is_fresnel_at_the_relative_index():
+    found = parse("plate 1.5, 2.1").reflectance(WAVELENGTHS, COSINES)
+    assert found == pytest.approx(np.tile(fresnel_reflectance(COSINES, 2.1 / 1.5), (5, 1)), abs=1e-12)  # rounding
+
+
+def test_a_plate_is_a_thick_layer_without_its_front_face():
+    """A film under a plate reflects what its own formula gives at the angle inside: n sin(t) is kept, and a layer of
+    the plate's index changes only the phase."""
+    bare = parse("plate 1.5, 2.3/120nm, gold").reflectance(WAVELENGTHS, COSINES)
+    thick = parse("plate 1.5, 1.5/700nm, 2.3/120nm, gold").reflectance(WAVELENGTHS, COSINES)
+    assert thick == pytest.approx(bare, abs=1e-12)  # rounding
+    assert np.abs(bare - parse("2.3/120nm, gold").reflectance(WAVELENGTHS, COSINES)).max() > 0.1
+
+
 def test_a_repeat_is_the_layers_written_out():
     short = parse("3x(1.68/80nm, gold/2nm), 1.56").reflectance(WAVELENGTHS, COSINES)
     long = parse("1.68/80nm, gold/2nm, " * 3 + "1.56").reflectance(WAVELENGTHS, COSINES)

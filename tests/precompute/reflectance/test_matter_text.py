@@ -37,6 +37,9 @@ def test_a_stack():
         ("1/130nm, 1.5", "air/130nm, 1.5"),
         ("1.5/1µm, 1.6", "1.5/1000nm, 1.6"),
         ("6 x ( 1.68/80nm ,1.56/90nm ), 1.56", "6x(1.68/80nm, 1.56/90nm), 1.56"),
+        (" Plate  1.50 , GOLD", "plate 1.5, gold"),
+        ("plate 1.585, mirror", "plate 1.585, mirror"),
+        ("plate 1.5, 1/1um, 1.6", "plate 1.5, air/1000nm, 1.6"),
         ("1.4/5nm, 1x(1.5/6nm), 1.6/7nm, gold", "1.4/5nm, 1.5/6nm, 1.6/7nm, gold"),
     ],
 )
@@ -58,9 +61,9 @@ SOME_LAYERS = st.lists(
 SUBSTRATES = INDICES.filter(lambda index: index != 1)
 
 
-@given(SOME_LAYERS, SOME_LAYERS, st.integers(2, 30), SUBSTRATES)
-def test_the_canonical_text_is_read_back(plain, repeated, count, substrate):
-    matter = Matter(substrate, (Repeat(plain), Repeat(repeated, count)))
+@given(SOME_LAYERS, SOME_LAYERS, st.integers(2, 30), SUBSTRATES, st.floats(1, 3))
+def test_the_canonical_text_is_read_back(plain, repeated, count, substrate, plate_ior):
+    matter = Matter(substrate, (Repeat(plain), Repeat(repeated, count)), plate_ior)
     assert parse(str(matter)) == matter
     assert str(parse(str(matter))) == str(matter)
 
@@ -94,6 +97,19 @@ BAD = {
     "gold, silver": "gold: has no thickness; write layers as INDEX/THICKNESS",
     "1.5/100nm": "1.5/100nm: has no substrate; end with an index",
     "1.5/100nm,": "1.5/100nm,: has no substrate",
+    "plate 0.5, gold": "plate 0.5: is no plate; give an index above 1 and at most 3, such as plate 1.585",
+    "plate 1, gold": "plate 1: is no plate",
+    "plate 3.1, gold": "plate 3.1: is no plate",
+    "plate -1.5, gold": "plate -1.5: is no plate",
+    "plate 1.5+0.1i, gold": "plate 1.5+0.1i: is no plate",
+    "plate gold, gold": "plate gold: is no plate",
+    "plate, gold": "plate: is no plate",
+    "plate 1.5/120nm, gold": "plate 1.5/120nm: is no plate",
+    "plate 1.5, plate 1.4, gold": "plate 1.4: has no thickness",
+    "plate 1.5": "plate 1.5: has no substrate",
+    "plate 1.5, dielectric": "dielectric: stands alone",
+    "plate 1.5, 1.5": "plate 1.5, 1.5: reflects nothing; put a layer before it",
+    "2x(plate 1.5), gold": "plate 1.5: has no thickness",
     "6x(1.5/100nm)": "6x(1.5/100nm): has no substrate",
     "1.5/100nm,, gold": "has an empty layer; write layers as",
     "6x(), gold": "has an empty layer; write layers as",
