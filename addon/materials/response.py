@@ -35,8 +35,11 @@ IOR = Socket(
     "IOR", "Float", "Index of refraction: 1.56 is keratin. A baked metal or film has its own", KERATIN_IOR, 1.0, IOR_MAX
 )
 PERIOD_SCALE = Socket(
-    "Period Scale", "Float", "Stretches the relief along the surface; 2 halves its colours' angles", 1.0, 0.1, 10.0
-)
+    "Period Scale", "Float",
+    "Stretches the relief along the surface; 2 halves its colours' angles. Above 1, light with "
+    "|u| above 2 / Period Scale is missing, where u is the sum of the directions to lamp and camera along the surface. "
+    "Below 1, nothing is missing", 1.0, 0.1, 10.0,
+)  # fmt: skip
 HEIGHT_SCALE = Socket(
     "Height Scale", "Float", "Scales the relief's heights: 0 is a mirror, 1 is as baked", 1.0, 0.0, 1.0, "FACTOR"
 )
