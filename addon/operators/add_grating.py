@@ -23,7 +23,7 @@ _KINDS = (
 
 
 @guarded
-def _kind_chosen(operator, context):
+def _kind_chosen(operator):
     _take_defaults(operator)
 
 
@@ -50,7 +50,7 @@ class AddGrating(bpy.types.Operator):
     # SKIP_SAVE: the dialog begins with the defaults of its kind.
     kind: EnumProperty(
         name="Kind", description="Shape of the surface. Choosing a kind sets its other fields to their defaults",
-        items=_KINDS, default="BLAZED", update=_kind_chosen, options={"SKIP_SAVE"},
+        items=_KINDS, default="BLAZED", update=lambda operator, _: _kind_chosen(operator), options={"SKIP_SAVE"},
     )  # fmt: skip
     period_um: FloatProperty(
         name="Period (um)", description="Distance of neighbouring lines, in micrometres",
