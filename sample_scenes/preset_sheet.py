@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A sheet of all presets: each under two suns and in a studio, in Cycles and in EEVEE.
 
-python -m sample_scenes.preset_sheet --output DIR [--preset cd] [--bpy 5.2] [--samples 48 --width 200] [--keep]
+python -m sample_scenes.preset_sheet --output DIR [--preset cd] [--bpy 5.2] [--samples 32 --width 200] [--keep]
 
-Each step is a command that a user can type: Blender's `--command grating` bakes the preset, assigns it with its look and
-its direction, and renders it."""
+Each step is a command that a user can type: Blender's `--command grating` bakes the preset, assigns it with its look
+and its direction, and renders it."""
 
 import sys
 import textwrap
@@ -40,7 +40,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--output", type=Path, required=True, metavar="DIR")
     parser.add_argument("--preset", action="append", choices=preset_names(), help="which; default all")
     parser.add_argument("--bpy", choices=[e.blender_version for e in ALL], help="the bpy wheel to render with")
-    parser.add_argument("--samples", type=count(1, 1 << 20), default=48, help="of a pixel in both engines; default 48")
+    parser.add_argument("--samples", type=count(1, 1 << 20), default=32, help="of a pixel in both engines; default 32")
     parser.add_argument("--width", type=count(16, 2048), default=200, help="of a tile in pixels; default 200")
     parser.add_argument("--keep", action="store_true", help="render only the tiles that are not in DIR yet")
     arguments = parser.parse_args(argv)
@@ -102,7 +102,7 @@ def corner(preset: int, row: int, width: int) -> tuple[int, int]:
 
 
 def join(presets: list[Preset], folder: Path) -> Image.Image:
-    """The sheet of the presets whose tiles are in a folder: titles below the columns, lights and engines at the left."""
+    """Join the tiles in a folder: titles of presets stand below the columns, lights and engines at the left."""
     tiles = [[Image.open(tile(folder / each.name, *row[1:])).convert("RGB") for row in ROWS] for each in presets]
     width = tiles[0][0].width
     bands, columns = -(-len(presets) // COLUMNS), min(len(presets), COLUMNS)

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The stage of a preset: a disc, a ball or a bent sheet, lit by two small suns or by a studio of soft boxes.
 
-blender PRESET.blend --background --python sample_scenes/preset_stage.py -- --output FILE.blend --shape ball --light suns
+blender PRESET.blend --background --python sample_scenes/preset_stage.py -- --output STAGE.blend --shape ball
+    --light suns
 
 The open file keeps its gratings and loses its objects. `grating assign BAKE --object Preset` adds the diffraction."""
 
@@ -27,18 +28,21 @@ from .stage import clean_scene
 from .studio import Towards, add_camera, add_floor, add_key, add_softbox, settings, wrap_in_dusk
 
 NAME = "Preset"
-# Azimuth and elevation of the suns: one behind the object and one before it.
-SUNS, SUN_STRENGTH, SUN_ANGLE_DEG = ((70.0, 52.0), (-135.0, 42.0)), 2.0, 1.0
+# Azimuth and elevation of the suns: one behind the object and one before it. The sheet leans back, so its second sun
+# stands beside the camera.
+BEFORE, BEHIND, BESIDE = (-135.0, 42.0), (70.0, 52.0), (-40.0, 50.0)
+SUNS = {"ball": (BEFORE, BEHIND), "disc": (BEFORE, BEHIND), "sheet": (BEFORE, BESIDE)}
+SUN_STRENGTH, SUN_ANGLE_DEG = 2.0, 1.0
 # Azimuth, elevation and power in watts of the soft boxes: key, fill, and one behind the object. They are lamps and few,
 # because a software rasteriser compiles EEVEE's shader for minutes if a world has eight sources.
 BOXES = ((-45.0, 48.0, 12.0), (-165.0, 35.0, 6.0), (95.0, 50.0, 10.0))
 BOX_M, BOX_DISTANCE_M = 0.25, 1.0
 LIGHTS = ("suns", "studio")
 # The radiance of the dim world of each light. It keeps parts visible that no lamp's order reaches.
-DUSK = {"suns": 0.2, "studio": 0.4}
+DUSK = {"suns": 0.3, "studio": 0.4}
 LENS_MM = 150.0
 # Width and height of the sheet, and the angles from one edge to the other by which it is bent.
-SHEET_M, BENDS_DEG = (0.11, 0.1), (70.0, 24.0)
+SHEET_M, BENDS_DEG = (0.11, 0.1), (60.0, 12.0)
 SHEET_TILT_DEG, SHEET_CELLS = 48.0, 96
 
 
@@ -87,7 +91,7 @@ def build(scene: bpy.types.Scene, shape: str, light: str) -> None:
         add_ball().name = NAME
     target = (0.0, 0.0, VIEWS[shape].target_m)
     if light == "suns":
-        for azimuth, elevation in SUNS:
+        for azimuth, elevation in SUNS[shape]:
             at = Towards(azimuth, elevation, BOX_DISTANCE_M)
             add_key(scene, "Sun", at, target=target, strength=SUN_STRENGTH, angle_deg=SUN_ANGLE_DEG)
     else:
