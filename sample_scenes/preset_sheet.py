@@ -61,7 +61,7 @@ def main(argv: list[str] | None = None) -> int:
 def shape_of(preset: Preset) -> str:
     """The shape of preset_stage.py that shows a preset."""
     if preset.direction == "radial":
-        return "disc"
+        return "record" if preset.name == "record" else "disc"
     return "sheet" if preset.name in SHEETS else "ball"
 
 

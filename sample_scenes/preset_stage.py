@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The stage of a preset: a disc, a ball or a bent sheet, lit by two small suns or by a studio of soft boxes.
+"""The stage of a preset: a disc, a record, a ball or a bent sheet, lit by two small suns or by a studio of soft boxes.
 
 blender PRESET.blend --background --python sample_scenes/preset_stage.py -- --output STAGE.blend --shape ball
     --light suns
@@ -31,7 +31,7 @@ NAME = "Preset"
 # Azimuth and elevation of the suns: one behind the object and one before it. The sheet leans back, so its second sun
 # stands beside the camera.
 BEFORE, BEHIND, BESIDE = (-135.0, 42.0), (70.0, 52.0), (-40.0, 50.0)
-SUNS = {"ball": (BEFORE, BEHIND), "disc": (BEFORE, BEHIND), "sheet": (BEFORE, BESIDE)}
+SUNS = {shape: (BEFORE, BEHIND) for shape in ("ball", "disc", "record")} | {"sheet": (BEFORE, BESIDE)}
 SUN_STRENGTH, SUN_ANGLE_DEG = 2.0, 1.0
 # Azimuth, elevation and power in watts of the soft boxes: key, fill, and one behind the object. They are lamps and few,
 # because a software rasteriser compiles EEVEE's shader for minutes if a world has eight sources.
@@ -57,6 +57,7 @@ class View:
 VIEWS = {
     "ball": View(Towards(-90.0, 24.0, 0.5), BALL_RADIUS_M),
     "disc": View(Towards(-90.0, 40.0, 0.56), 0.014),
+    "record": View(Towards(-90.0, 40.0, 0.56), 0.014),
     "sheet": View(Towards(-90.0, 30.0, 0.52), 0.042),
 }
 
@@ -80,11 +81,25 @@ def add_sheet() -> bpy.types.Object:
     return sheet
 
 
+def add_record() -> None:
+    """A record: a disc with a paper label and a rim of vinyl."""
+    add_lying_disc()
+    for part, colour, roughness in (("Hub", (0.3, 0.02, 0.02), 0.6), ("Rim", (0.006,) * 3, 0.3)):
+        bpy.data.objects[f"{NAME} {part}"].data.materials[0] = plain_material(part, colour, roughness=roughness)
+
+
+def add_lying_disc() -> None:
+    """A disc that lies tilted on the floor."""
+    add_disc(NAME, (0.0, 0.0, 0.25 * RIM_M))
+
+
 def build(scene: bpy.types.Scene, shape: str, light: str) -> None:
     """Add the object, its lights and the camera."""
     add_floor(scene, (0.05, 0.052, 0.058))
     if shape == "disc":
-        add_disc(NAME, (0.0, 0.0, 0.25 * RIM_M))
+        add_lying_disc()
+    elif shape == "record":
+        add_record()
     elif shape == "sheet":
         add_sheet()
     else:
