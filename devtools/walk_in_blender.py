@@ -98,16 +98,21 @@ def set_up() -> Steps:
     yield SECOND
 
 
-def import_a_sample() -> Steps:
-    """The menu spells discs as people do. The dialog afterwards does not offer the sample as a file."""
+def menu(name: str, text: str) -> Steps:
+    """Open one of the extension's menus, save a picture, and close the menu."""
     region = view()[1]
     first_window().cursor_warp(region.x + region.width // 2, region.y + region.height // 2)
     yield SECOND
     with bpy.context.temp_override(window=first_window(), area=view()[0], region=region):
-        bpy.ops.wm.call_menu("INVOKE_DEFAULT", name="GRATING_MT_samples")
+        bpy.ops.wm.call_menu("INVOKE_DEFAULT", name=f"GRATING_MT_{name}")
     yield SECOND
-    picture("samples", "the menu of samples writes CD, DVD, Blu-ray")
+    picture(name, text)
     yield from press_key("ESC", region.x + 5, region.y + 5)
+
+
+def import_a_sample() -> Steps:
+    """The menu spells discs as people do. The dialog afterwards does not offer the sample as a file."""
+    yield from menu("samples", "the menu of samples writes CD, DVD, Blu-ray")
     bpy.ops.grating.import_height_map("EXEC_DEFAULT", True, filepath="sample:cd")
     assert grating().name == "CD"
     view()[0].tag_redraw()
@@ -307,6 +312,21 @@ def lamps() -> Steps:
     picture("sun_added", "Add Sun was pressed: the colours are back")
 
 
+def without_a_scan() -> Steps:
+    """A preset brings its matter and its plate. A grating by its parameters is made in a dialog."""
+    yield from menu("presets", "the menu of presets")
+    bpy.ops.grating.add_preset("EXEC_DEFAULT", True, preset="cd")
+    assert grating().matter == "ALUMINIUM" and grating().plate_ior > 1.5
+    view()[0].tag_redraw()
+    yield RENDERED
+    picture("preset", "the preset CD in the panel: aluminium under a plate")
+    with bpy.context.temp_override(window=first_window(), area=view()[0], region=view()[1]):
+        bpy.ops.grating.add_grating("INVOKE_DEFAULT")
+    yield LONG
+    picture("parameters", "Grating by Parameters: kind, period or lines per millimetre, depth, disorder")
+    yield from dismiss()
+
+
 def another_file() -> Steps:
     """Opening another file ends a running bake."""
     operator = part("operators.bake_grating").BakeGrating
@@ -320,11 +340,10 @@ def another_file() -> Steps:
 
 
 def story() -> Steps:
-    """All stations."""
     yield LONG
     yield from set_up()
     for station in (import_a_sample, import_dialog, undo_past_the_bake, slots, shared_material, baked_again, refusals,
-                    passed_over, lamps, another_file):  # fmt: skip
+                    passed_over, lamps, without_a_scan, another_file):  # fmt: skip
         yield from station()
 
 

@@ -2,7 +2,6 @@
 """`assign`: put a bake's material on meshes of the open file."""
 
 import argparse
-import math
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -13,11 +12,13 @@ from ...precompute.cli.arguments import existing_bake
 from ...precompute.cli.option_types import name_argument
 from ..gratings.grating import kept_path
 from ..gratings.lights_choice import LIGHTS
+from ..materials.holograms.hologram_nodes import input_set_by_artist
 from ..materials.material import diffraction_nodes
 from ..materials.skin import SETTABLE
 from ..workflow.assigning import add_to_meshes, assign_to_meshes
 from ..workflow.following_lamps import warnings_about
 from ..workflow.making_materials import refresh_group
+from .input_settings import setting
 from .objects import add_objects, chosen_objects
 from .save import add_save, save
 
@@ -46,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """The `assign` verb."""
-    values = dict(map(_setting, arguments.set or ()))
+    values = dict(setting(text, SETTABLE) for text in arguments.set or ())
     gratings = bpy.context.scene.natural_gratings
     check_bake(arguments.bake)
     chosen = chosen_objects(arguments.object)
@@ -84,28 +85,9 @@ def check_bake(bake: str) -> Path:
     return file
 
 
-def _setting(text: str) -> tuple[str, float]:
-    """Parse NAME=VALUE. Raises GratingError if there is no such input, or if the value is no number in its range."""
-    name, _, given = text.partition("=")
-    socket = SETTABLE.get(name)
-    if socket is None:
-        raise GratingError(f"--set {text}", "no such input", f"there are {', '.join(SETTABLE)}")
-    try:
-        value = float(given)
-    except ValueError:
-        value = math.nan
-    value = math.radians(value) if socket.subtype == "ANGLE" else value
-    assert socket.low is not None and socket.high is not None  # every input with a default has a range
-    if not socket.low <= value <= socket.high:
-        unit = " degrees" if socket.subtype == "ANGLE" else ""
-        low, high = (math.degrees(x) if unit else x for x in (socket.low, socket.high))
-        raise GratingError(f"--set {text}", "", f"{name} is a number from {low:g} to {high:g}{unit}")
-    return name, value
-
-
 def _set_inputs(objects: Iterable[bpy.types.Object], group: bpy.types.NodeTree, values: dict[str, float]) -> None:
     """Set inputs of a grating's Diffraction nodes in the materials of objects."""
     materials = {slot.material for thing in objects for slot in thing.material_slots}
     for node in (node for material in materials for node in diffraction_nodes(material) if node.node_tree == group):
         for name, value in values.items():
-            node.inputs[name].default_value = value
+            input_set_by_artist(node, name).default_value = value

@@ -18,28 +18,18 @@ from bpy.props import (
 )
 
 from ...precompute.base.failure import GratingError
-from ...precompute.optics.plate import NO_PLATE, PLATE_IOR_MAX
-from ...precompute.reflectance.metals import METALS
 from ..blender import stored
 from .cache_folder import cache_folder
 from .direction_source import AXES, KINDS, STORED, DirectionSource, file_has_comb
 from .levelling_steps import LevellingStep
 from .lights_choice import CHOICES, LIGHTS, REST
 from .material_look import MaterialLook
+from .matter_fields import MATTERS, PLATE_IORS, matter_text, take_matter
 from .own_names import follow_name
 
 if TYPE_CHECKING:
     from ...precompute.bake.needs import Needs
     from ...precompute.bake.request import BakeRequest
-
-# The matter that the field Layers describes.
-LAYERS = "LAYERS"
-MATTERS = (
-    ("DIELECTRIC", "Dielectric", "Skin, horn, plastic, varnish or glass. Its IOR can be changed in the material"),
-    *((metal.upper(), metal.capitalize(), f"Polished {metal}") for metal in METALS),
-    (LAYERS, "Layers", "Thin films on a substrate, as in a beetle's shell or a coated foil"),
-    ("MIRROR", "Perfect Mirror", "Reflects all light"),
-)
 
 
 class Grating(bpy.types.PropertyGroup):
@@ -97,9 +87,9 @@ class Grating(bpy.types.PropertyGroup):
         name="Plate IOR",
         description="Index of refraction of a clear plate over the relief: 1.585 for the polycarbonate of a disc, "
         "about 1.5 for the lacquer of a foil. 1: no plate",
-        default=NO_PLATE,
-        min=NO_PLATE,
-        max=PLATE_IOR_MAX,
+        default=PLATE_IORS[0],
+        min=PLATE_IORS[0],
+        max=PLATE_IORS[1],
     )
     request: StringProperty(
         name="Request",
@@ -214,35 +204,10 @@ class Grating(bpy.types.PropertyGroup):
             "scans": [self.scan(), *self.further_scans()],
             "delta_e": _decimal(self.delta_e, 6),
             "coherence_um": _decimal(self.coherence_um, 6),
-            "matter": self.matter_text(),
+            "matter": matter_text(self),
             "levelling": [step.text for step in steps_of([s.text for s in self.steps], f"{self.name}: Levelling")],
         }
         return request_from(self._kept() | shown, self.name)
-
-    def matter_text(self) -> str:
-        """The matter in the form of `--matter`. Raises GratingError for layers that are not valid."""
-        from ...precompute.reflectance.matter_text import parse
-
-        if not self.matter:  # a file of another version may hold no item of the menu
-            return ""
-        try:
-            matter = parse(self.layers if self.matter == LAYERS else self.matter)
-        except GratingError as error:
-            raise error.within(f"{self.name}: Layers") from error
-        # A text of layers may name its own plate.
-        with_plate = matter.baked and not matter.has_plate
-        return str(replace(matter, plate_ior=_decimal(self.plate_ior, 6) or NO_PLATE) if with_plate else matter)
-
-    def take_matter(self, text: str) -> None:
-        """Set the fields from a matter in the form of `--matter`."""
-        from ...precompute.reflectance.matter_text import parse
-
-        matter = parse(text)
-        self.plate_ior, bare = matter.plate_ior, str(replace(matter, plate_ior=NO_PLATE))
-        if bare.upper() in (name for name, *_ in MATTERS if name != LAYERS):
-            self.matter = bare.upper()
-        else:
-            self.matter, self.layers = LAYERS, bare
 
     def frame_source(self) -> DirectionSource:
         """The source of the scan's direction; the default if the chosen direction map was deleted."""
@@ -267,7 +232,7 @@ class Grating(bpy.types.PropertyGroup):
         self.source, self.channel = first["source"], first["channel"] or ""
         self.size_um, self.height_nm = first["size_um"] or 0.0, first["height_nm"] or 0.0
         self.delta_e, self.coherence_um = record.pop("delta_e"), record.pop("coherence_um") or 0.0
-        self.take_matter(record.pop("matter"))
+        take_matter(self, record.pop("matter"))
         self.levelling = ",".join(record.pop("levelling")) or "none"
         self.request = json.dumps(record | {"scans": others}, sort_keys=True)
 

@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import bpy
 import numpy as np
 
@@ -12,32 +10,10 @@ from ...precompute.table.albedo_bound import bound_texel
 from ...precompute.table.atlas import STRIP_ROWS, Layout
 from ...precompute.table.tiling import COLUMNS_BESIDE, TILE_PADDING
 from ..nodes.builder import Operand, Tree, Value
+from .tangent_space import Direction
 
 # The largest single-precision error at the end of a range, of a sum of two unit vectors or of w scaled to -1 to 1.
 _ROUNDING = 1e-5
-
-
-@dataclass(frozen=True)
-class Direction:
-    """A unit vector in tangent space: its components along T, B and N, and the vector itself."""
-
-    x: Value
-    y: Value
-    cosine: Value
-    vector: Value
-
-    @classmethod
-    def seen_in(cls, tree: Tree, direction: Value, frame: tuple[Value, Value, Value]) -> Direction:
-        """A direction from world space, given the axes (T, B, N)."""
-        x, y, cosine = (tree.dot(direction, axis) for axis in frame)
-        return cls(x, y, cosine, tree.vector(x, y, cosine))
-
-    @classmethod
-    def of(cls, tree: Tree, vector: Value) -> Direction:
-        """A vector that is already in tangent space."""
-        node = tree.node("ShaderNodeSeparateXYZ", vector)
-        x, y, z = (tree.value(node.outputs[axis]) for axis in "XYZ")
-        return cls(x, y, z, vector)
 
 
 class AtlasTable:

@@ -14,6 +14,7 @@ from ..nodes.arrange import arrange
 from ..nodes.builder import Tree
 from ..nodes.eevee_constants import ROOM, constant_bytes
 from .group_properties import is_diffraction
+from .holograms.hologram_nodes import remove_hologram
 from .skin import SETTABLE, too_large
 
 # Cycles settings of a material with diffraction. The prefix names custom properties that hold the previous settings.
@@ -98,6 +99,7 @@ def add_diffraction(material: bpy.types.Material, group: bpy.types.NodeTree) -> 
 def remove_diffraction(material: bpy.types.Material) -> None:
     """Remove diffraction from a material and restore its previous state."""
     for node in diffraction_nodes(material):
+        remove_hologram(node)
         tree = node.id_data
         base = node.inputs["Base"].links[0].from_socket if linked_among(node, ["Base"]) else None
         for link in list(node.outputs["Shader"].links) if "Shader" in node.outputs else ():

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from ...precompute.optics.plate import NO_PLATE
 from ..nodes.builder import Tree, Value
-from .atlas_nodes import Direction
+from .tangent_space import Direction
 
 # The roughness of the plate's front face.
 _FACE_ROUGHNESS = 0.02

@@ -35,8 +35,11 @@ IOR = Socket(
     "IOR", "Float", "Index of refraction: 1.56 is keratin. A baked metal or film has its own", KERATIN_IOR, 1.0, IOR_MAX
 )
 PERIOD_SCALE = Socket(
-    "Period Scale", "Float", "Stretches the relief along the surface; 2 halves its colours' angles", 1.0, 0.1, 10.0
-)
+    "Period Scale", "Float",
+    "Stretches the relief along the surface; 2 halves its colours' angles. Above 1, light with "
+    "|u| above 2 / Period Scale is missing, where u is the sum of the directions to lamp and camera along the surface. "
+    "Below 1, nothing is missing", 1.0, 0.1, 10.0,
+)  # fmt: skip
 HEIGHT_SCALE = Socket(
     "Height Scale", "Float", "Scales the relief's heights: 0 is a mirror, 1 is as baked", 1.0, 0.0, 1.0, "FACTOR"
 )
@@ -127,6 +130,7 @@ class WorldAnswer:
     """The reflection of light from unknown directions: closures from the outputs of WORLD_ANSWER. The lobe is one
     randomly drawn order; `direction` is the unit vector to where its light comes from."""
 
+    plate: Plate
     mirror: Value
     mirror_roughness: Value
     lobe: Value
@@ -134,13 +138,14 @@ class WorldAnswer:
     lobe_roughness: Value
     direction: Value
 
-    def mirror_closure(self, normal: Value, strength: Operand) -> Value:
-        """The closure of the zero order: a mirror blurred by the coherence kernel."""
-        return self.mirror.tree.glossy(self.mirror * strength, self.mirror_roughness, normal)
-
-    def lobe_closure(self, strength: Operand) -> Value:
-        """The closure of the drawn order."""
-        return self.lobe.tree.glossy(self.lobe * strength, self.lobe_roughness, self.lobe_normal)
+    def closures(self, normal: Value, strength: Operand, lobe_strength: Operand) -> Value:
+        """The closures of the zero order (a mirror blurred by the coherence kernel), of the drawn order, and of the
+        front face of a plate."""
+        tree = self.mirror.tree
+        mirror = tree.glossy(self.mirror * strength, self.mirror_roughness, normal)
+        lobe = tree.glossy(self.lobe * lobe_strength, self.lobe_roughness, self.lobe_normal)
+        both = tree.add_shader(mirror, lobe)
+        return tree.add_shader(both, self.plate.face(tree, normal)) if self.plate.present else both
 
 
 def note_working_space(response: Response) -> None:
@@ -216,7 +221,7 @@ class Response:
             return None
         asked = {socket.name: question[socket] for socket in WORLD_QUESTION}
         outputs = tree.group(self.world, asked, label=_numbered(_WORLD_LABEL, number))
-        return WorldAnswer(*(outputs[socket.name] for socket in WORLD_ANSWER))
+        return WorldAnswer(plate_of(self), *(outputs[socket.name] for socket in WORLD_ANSWER))
 
 
 def response_in(group: bpy.types.NodeTree) -> Response | None:

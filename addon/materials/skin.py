@@ -15,8 +15,7 @@
     Shader = (1 - F + wd) Base + (1 - wd) s (sum over lamps of V Lo + closures) + face
 
 F is the Fresnel reflectance towards the viewer. Lo is the light that the response (response.py) sends to the viewer
-from one lamp (lamps/lamp_group.py). V is 1 where the surface sees the lamp, else 0. `face` is the closure of the front
-face, if a plate is over the relief (plate_nodes.py).
+from one lamp (lamps/lamp_group.py). V is 1 where the surface sees the lamp, else 0. face: see plate_nodes.py.
 
 Which lights are shown is one of gratings/lights_choice.py:
 
@@ -83,7 +82,6 @@ from .response import (
     Shown,
     further_responses,
     is_opaque,
-    plate_of,
     response_in,
     responses_in,
 )
@@ -261,14 +259,12 @@ def _make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamp
         coat = answer.dimmed(lit if share is None else lit * share).added_to(coat)
     assert coat is not None  # there is at least one lamp input
     shader = coat.shader if lights != ALL else None
-    for (world, area), response in zip(worlds, responses, strict=True) if lights != LAMPS_ONLY else ():
+    for world, area in worlds if lights != LAMPS_ONLY else ():
         assert world is not None  # otherwise lights is LAMPS_ONLY
         rest = strength
         if lights == REST:
             rest = strength * (1.0 - unseen) * left_by_table(tree, zip(lit_by, shares, strict=True), world.direction)
-        closures = tree.add_shader(world.mirror_closure(n, strength), world.lobe_closure(rest))
-        if (plate := plate_of(response)).present:
-            closures = tree.add_shader(closures, plate.face(tree, n))
+        closures = world.closures(n, strength, rest)
         shader = tree.add_shader(shader, closures if area is None else tree.mix_shader(area, None, closures))
     if not all(map(is_opaque, responses)):
         shader = tree.add_shader(shader, tree.mix_shader(tree.fresnel(inputs["IOR"], n), inputs["Base"], None))

@@ -3,7 +3,7 @@
 
 from ...precompute.optics.small_slope import IOR_MAX
 from ..nodes.builder import Tree, Value
-from .atlas_nodes import Direction
+from .tangent_space import Direction
 
 # The least product of the squared sines of both angles. In single precision a smaller one has no correct digit.
 _SINES_MIN = 1e-6

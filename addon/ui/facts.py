@@ -80,6 +80,7 @@ class GratingFacts:
     outdated   whether its settings are no longer those of its bake
     objects    a line with the objects that show it; empty without a material
     variation  how it varies over the surface
+    hologram   the patterns of holograms in its materials
     crowded    a line if EEVEE has no room for all lamps or sources
     no_set     a line if it is set to respond to more than lamps but cannot"""
 
@@ -88,6 +89,7 @@ class GratingFacts:
     outdated: bool = False
     objects: str = ""
     variation: str = ""
+    hologram: str = "None"
     crowded: tuple[str, ...] = ()
     no_set: str = ""
 
@@ -225,6 +227,7 @@ def _of_grating(grating: Grating) -> GratingFacts:
     if group is None:
         return GratingFacts(scans, fault, is_asked_otherwise(grating), variation=Variation().summary)
     from ..materials.group_users import on_objects, shown_by
+    from ..workflow.adding_holograms import hologram_summary
 
     lacks_set = grating.lit_by != LAMPS_ONLY and not answers_to_world(group)
     return GratingFacts(
@@ -233,6 +236,7 @@ def _of_grating(grating: Grating) -> GratingFacts:
         outdated=is_asked_otherwise(grating),
         objects=on_objects(shown_by(group)),
         variation=variation_of(group).summary,
+        hologram=hologram_summary(group),
         crowded=tuple(crowded(group)),
         no_set=f"{grating.name}: {NO_SAMPLE_SET}" if lacks_set else "",
     )

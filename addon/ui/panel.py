@@ -6,12 +6,13 @@ import bpy
 from ..blender import compat, stored
 from ..blender.guard import guarded_draw, guarded_item
 from ..gratings.direction_source import FRAMES, KINDS, STORED
-from ..gratings.grating import LAYERS
 from ..gratings.lights_choice import ALL, LAMPS_ONLY, LIGHTS, REST
+from ..gratings.matter_fields import LAYERS
 from ..gratings.wording import in_words
 from ..operators.add_diffraction import AddDiffraction
 from ..operators.add_diffraction_lamp import AddDiffractionLamp
 from ..operators.add_grating import AddGrating
+from ..operators.add_hologram import AddHologram
 from ..operators.add_preset import AddPreset
 from ..operators.add_sun import AddSun
 from ..operators.adopt import AdoptMaterials
@@ -219,6 +220,9 @@ def _draw_material(layout, grating, facts: GratingFacts) -> None:
     row = layout.row()
     row.label(text="Variation")
     row.operator(VaryGrating.bl_idname, text=facts.variation, icon="MOD_NOISE")
+    row = layout.row()
+    row.label(text="Hologram")
+    row.operator_menu_enum(AddHologram.bl_idname, "pattern", text=facts.hologram, icon="MESH_GRID")
     layout.prop(grating, "footprint")
     layout.prop(grating, "shadows")
     layout.operator(AddDiffractionLamp.bl_idname, text="Add Diffraction Lamp", icon="LIGHT_AREA")

@@ -37,3 +37,4 @@ def _take_look(grating: Grating, preset: Preset) -> None:
     """Keep what the grating's material begins with."""
     grating.look.base_color, grating.look.base_roughness = preset.base_color, preset.base_roughness
     grating.look.inputs = json.dumps(dict(preset.inputs), sort_keys=True) if preset.inputs else ""
+    grating.look.hologram = json.dumps(preset.hologram.as_dict(), sort_keys=True) if preset.hologram else ""

@@ -11,6 +11,7 @@ from ..gratings.grating import Grating, active_grating
 from ..materials.lost_parts import lost
 from ..materials.material import add_diffraction, check_can_add, overfull
 from ..materials.skin import crowded
+from .adding_holograms import fit_hologram
 from .chosen_meshes import meshes_among, no_meshes, slots_with_faces
 from .fitting_worlds import want_fit
 from .making_materials import group_of, lamps_alone, working_material
@@ -25,7 +26,9 @@ def assign_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) ->
     grating = active_grating(scene)
     meshes = meshes_among(scene, objects, grating.frame_source())
     seams = _seams(objects, meshes, grating)
-    material = working_material(scene, grating)
+    former, material = grating.material, working_material(scene, grating)
+    if material != former:
+        fit_hologram(material, meshes)
     selection = Selection(objects)
     kept = [line for mesh in meshes if (line := _put_in_active_slot(selection, mesh, material))]
     return [f"{material.name}: on {_names(meshes)}", *seams, *_prepared(meshes, grating), *kept, *_further(scene)]

@@ -17,6 +17,7 @@ from ...precompute.surface.readers.reader_registry import read_height_map, read_
 from ...precompute.surface.samples.catalogue import matter_of, title_of
 from ...precompute.surface.steps.pipeline import DEFAULT
 from ..gratings.grating import Grating, kept_path, scan_record, unused_name
+from ..gratings.matter_fields import take_matter
 from ..gratings.variation import Variation
 from ..gratings.wording import in_one_line, labelled
 from ..materials.group_properties import variation_of
@@ -77,7 +78,7 @@ def _settings(grating: Grating) -> tuple[Any, ...]:
     matter = (grating.matter, grating.layers, grating.plate_ior)
     bake = (grating.levelling, grating.delta_e, grating.coherence_um, *matter, grating.request)
     variation = Variation() if grating.group is None else variation_of(grating.group)
-    look = (tuple(grating.look.base_color), grating.look.base_roughness, grating.look.inputs)
+    look = (tuple(grating.look.base_color), grating.look.base_roughness, grating.look.inputs, grating.look.hologram)
     return *scan, *bake, *look, grating.lights, grating.shadows, grating.footprint, grating.frame_source(), variation
 
 
@@ -107,7 +108,7 @@ def _add(
     grating.quality = quality_of(known)
     grating.request = json.dumps({"scans": others}, sort_keys=True) if others else ""
     grating.levelling = ",".join(step.text for step in DEFAULT)
-    grating.take_matter(matter_of(first["source"]))
+    take_matter(grating, matter_of(first["source"]))
     gratings.active_index = len(gratings.items) - 1
     return grating
 

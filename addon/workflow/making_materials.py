@@ -12,8 +12,10 @@ from ..gratings.grating import Grating
 from ..gratings.lights_choice import LAMPS_ONLY, NO_SAMPLE_SET, REST
 from ..gratings.own_names import follow_name, note_own
 from ..materials.direct.direct_response import direct_response
+from ..materials.holograms.hologram_nodes import put_hologram
+from ..materials.holograms.pattern_nodes import pattern_group
 from ..materials.lost_parts import lost, lost_of_nodes, lost_of_own
-from ..materials.material import add_diffraction, new_diffraction_material
+from ..materials.material import add_diffraction, diffraction_nodes, new_diffraction_material
 from ..materials.replace import replace_response
 from ..materials.response import Response, is_in_other_space, response_in, responses_in
 from ..materials.skin import (
@@ -32,12 +34,17 @@ from .restoring_bakes import bake_of
 
 def make_material(scene: bpy.types.Scene, grating: Grating) -> bpy.types.Material:
     """Make a new material from a grating's bake. Raises GratingError if there is no bake."""
-    look, inputs = grating.look, grating.look.inputs_for(grating.name)  # first, because this may raise
+    look = grating.look
+    inputs, hologram = look.inputs_for(grating.name), look.hologram_for(grating.name)  # first, because they may raise
     grating.material = new_diffraction_material(
         grating.name, group_of(scene, grating),
         base_color=look.base_color, base_roughness=look.base_roughness, inputs=inputs,
     )  # fmt: skip
     note_own(grating.material)
+    if hologram is not None:
+        pattern = pattern_group(hologram.pattern.upper())
+        for node in diffraction_nodes(grating.material):
+            put_hologram(node, pattern, hologram.inputs)
     return grating.material
 
 

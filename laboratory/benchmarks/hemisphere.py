@@ -13,10 +13,12 @@ abruptly loses this accuracy.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from precompute.colour.observer import mirror_xyz
 from precompute.colour.working_space import rgb_from_xyz
 from precompute.table.radiance import lamp_radiance, reflected_xyz
 from precompute.table.table import Table
@@ -121,17 +123,31 @@ def _answers(table: Table, wi: np.ndarray, wr: np.ndarray) -> np.ndarray:
 def directional_albedo(table: Table, theta_r: float) -> np.ndarray:
     """Radiance in linear Rec.709 (3,) in a world of radiance 1, seen along T at theta_r radians from the normal.
 
-    It is the integral of lamp_radiance over the hemisphere, so no direction's colour has a negative component. The
-    polar angle is integrated by Gauss-Legendre quadrature: equal steps would be off by 1 % at the normal, even at half
-    a kernel. Around a ring steps are at most a kernel long: equal steps over a Gaussian are then off by 2 exp(-2 pi^2)
-    = 5e-9."""
+    It is the integral of lamp_radiance over the hemisphere, so no direction's colour has a negative component. This
+    adds light: red and blue orders of a grating are outside of Rec.709, and a component can exceed 1."""
+    return _over_hemisphere(table, theta_r, lambda wi, wr: lamp_radiance(table, wi, wr, irradiance=np.ones(3)))
+
+
+def directional_albedo_xyz(table: Table, theta_r: float) -> np.ndarray:
+    """The same as X, Y and Z (3,) over a mirror's, with every colour as it is: at most 1 in each."""
+    return _over_hemisphere(table, theta_r, lambda wi, wr: reflected_xyz(table, wi, wr)) / mirror_xyz(table.illuminant)
+
+
+def _over_hemisphere(
+    table: Table, theta_r: float, radiance: Callable[[np.ndarray, np.ndarray], np.ndarray]
+) -> np.ndarray:
+    """The integral (3,) over the hemisphere of lights of the radiance (n, 3) for wi (n, 3) and wr (n, 3).
+
+    The polar angle is integrated by Gauss-Legendre quadrature: equal steps would be off by 1 % at the normal, even at
+    half a kernel. Around a ring steps are at most a kernel long: equal steps over a Gaussian are then off by 2 exp(-2
+    pi^2) = 5e-9."""
     nodes, weights = np.polynomial.legendre.leggauss(math.ceil(math.pi**2 / 4 / table.sigma_b))
     steps = math.ceil(2 * math.pi / table.sigma_b)
     phi = (np.arange(steps) + 0.5) * (2 * math.pi / steps)
     wr = np.broadcast_to((math.sin(theta_r), 0.0, math.cos(theta_r)), (steps, 3))
-    irradiance, total = np.ones(3), np.zeros(3)
+    total = np.zeros(3)
     for theta, weight in zip((nodes + 1) * (math.pi / 4), weights * (math.pi / 4), strict=True):
         sine = math.sin(theta)
         wi = np.stack([sine * np.cos(phi), sine * np.sin(phi), np.full(steps, math.cos(theta))], axis=-1)
-        total += lamp_radiance(table, wi, wr, irradiance=irradiance).sum(axis=0) * (weight * sine)
+        total += radiance(wi, wr).sum(axis=0) * (weight * sine)
     return total * (2 * math.pi / steps)

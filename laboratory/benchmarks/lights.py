@@ -4,7 +4,9 @@
     ./dev bench lights [--part furnace|noise|scattered|truth|fakes ...] [--pixels 192] [--json FILE|-]
 
 **Furnace**: a plane in a white world shows the directional albedo of its relief. The table gives Cycles' value divided
-by the integral of the bake's own table over the hemisphere. Real scans are left out if their files are missing.
+by the integral of the bake's own table over the hemisphere, and the share of the light (Y) that comes back. Surfaces
+are skins of keratin, and a blaze in a mirror, in gold and under layers. Real scans are left out if their files are
+missing.
 
 **Noise**: the sample snake on its ground under worlds, as an artist renders it, with each choice of lights. For
 comparison the same skin gets an ordinary Principled coat of IOR 1.56 and roughness 0.3, or a sharp coat with the
@@ -34,7 +36,7 @@ from precompute.table import atlas_file
 
 from . import lights_scenes as scenes
 from . import report
-from .hemisphere import directional_albedo
+from .hemisphere import directional_albedo, directional_albedo_xyz
 from .lights_fakes import fakes
 from .lights_scattered import scattered
 from .lights_truth import truth
@@ -72,10 +74,11 @@ def main(argv: list[str] | None = None) -> int:
 def furnace(studio: Worlds, arguments: argparse.Namespace) -> list[dict]:
     """A row for each surface, choice of lights and angle: the render relative to the directional albedo, linear RGB."""
     rows = []
-    report.say(f"{'surface':24}{'lights':>7}{'angle':>7}   render / albedo in R, G, B", arguments.json)
-    for name, bake in studio.bakes():
+    report.say(f"{'surface':40}{'lights':>7}{'angle':>7}   render / albedo in R, G, B; share of light", arguments.json)
+    for name, bake in (*studio.bakes(), *studio.blazes()):
         table = atlas_file.read(bake)[0]
         albedo = {angle: directional_albedo(table, np.radians(angle)) for angle in ANGLES_DEG}
+        share = {angle: float(directional_albedo_xyz(table, np.radians(angle))[1]) for angle in ANGLES_DEG}
         for lights in ("REST", "ALL"):
             for angle in ANGLES_DEG:
                 found = studio.furnace(bake, lights, np.radians(angle))
@@ -85,11 +88,12 @@ def furnace(studio: Worlds, arguments: argparse.Namespace) -> list[dict]:
                         "lights": lights,
                         "angle_deg": angle,
                         "albedo": albedo[angle].tolist(),
+                        "share": share[angle],
                         "ratio": (found / albedo[angle]).tolist(),
                     }
                 )
                 ratio = " ".join(f"{each:.4f}" for each in rows[-1]["ratio"])
-                report.say(f"{name:24}{lights:>7}{angle:7}   {ratio}", arguments.json)
+                report.say(f"{name:40}{lights:>7}{angle:7}   {ratio}; {share[angle]:.3f}", arguments.json)
     return rows
 
 

@@ -9,7 +9,9 @@ import numpy as np
 from precompute.bake.bake_folder import bake_to_folder
 from precompute.bake.request import BakeRequest
 from precompute.optics.fresnel import KERATIN_IOR
+from precompute.reflectance.matter_text import parse
 from precompute.surface.readers.reader_registry import read_height_map
+from precompute.surface.samples.catalogue import make_sample
 from precompute.world_sources.panorama import crop_frame, panorama_cells
 from sample_scenes.panoramas import overcast
 
@@ -24,6 +26,8 @@ COATS = {"coat": 0.3, "sharp coat": 0.08}
 # File, and height in nanometres from black to white; the scans are 65 um wide.
 _SCANS = (("elaphe_65um.png", 375), ("xenopeltis_65um.png", 818.69))
 SURFACES = ("sample:elaphe", *(name for name, _ in _SCANS))
+# Matters of the furnace's blaze.
+MATTERS = ("mirror", "gold", "6x(1.68/80nm, 1.56/90nm), 1.56")
 _FOLDER = Path(__file__).resolve().parents[3] / "shared" / "data" / "snake"
 # Pixels and samples of a furnace. A sample deviates by at most 0.5 of the mean, the mean over all by a thousandth.
 _FURNACE_PIXELS, _FURNACE_SAMPLES = 64, 64
@@ -47,6 +51,15 @@ class Worlds(Studio):
                 scan = read_height_map(str(_FOLDER / name), 65, height_nm)
                 facts = bake_to_folder([scan], BakeRequest(), folder, progress=lambda *_: None)
                 yield name, Path(facts["files"][0])
+
+    def blazes(self) -> Iterator[tuple[str, Path]]:
+        """The name and the bake's file of the blazed sample in each of MATTERS."""
+        for number, text in enumerate(MATTERS):
+            folder = self.folder / f"blazed{number}"
+            folder.mkdir()
+            request = BakeRequest(matter=parse(text))
+            facts = bake_to_folder([make_sample("blazed")], request, folder, progress=lambda *_: None)
+            yield f"blazed, {text}", Path(facts["files"][0])
 
     def material(self, bake: Path, lights: str):
         """A new diffraction material of a bake, and its skin node."""

@@ -37,11 +37,16 @@ PARTS = 32
 EXTRA_ORDERS = 10
 _COMPARED = 3
 
+# The index of each film and its vertical thickness, the outermost first.
+Films = tuple[tuple[complex, float], ...]
+
 
 @dataclass(frozen=True)
 class Grating:
-    """A grating along x, in keratin by default, under light at theta_deg from the normal and at azimuth_deg from x;
-    lengths in wavelengths."""
+    """A grating along x, in keratin by default, under light at theta_deg from the normal and at azimuth_deg from x.
+
+    Lengths are in wavelengths. Only rcwa_layers.py solves for films, whose faces are the relief shifted up, and for
+    ridges of another duty than a half of the period."""
 
     kind: str
     period: float
@@ -49,6 +54,8 @@ class Grating:
     theta_deg: float = 0.0
     azimuth_deg: float = 0.0
     index: complex = KERATIN
+    films: Films = ()
+    duty: float = 0.5
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How far single orders, and the light of all orders, are from Maxwell's equations, by four factors of the spectrum.
 
-    ./dev bench rcwa_orders [--quick] [--picture FILE] [--output DIR] [--json FILE|-]
+    ./dev bench rcwa_orders [--quick] [--picture FILE] [--baked-picture FILE] [--output DIR] [--json FILE|-]
 
 rcwa_orders_rows.py has the gratings, rcwa_orders_factors.py the factors, rcwa_orders_tables.py the tables. The tables
 of single orders leave out orders of less than LEAST of the light: RCWA's own error is about that large. `--picture`
-draws how far the first orders are off, by depth and period; docs/images/ has the picture.
+draws how far the first orders of keratin are off, by depth and period, `--baked-picture` those of metals and films by
+angle; docs/images/ has the pictures.
 """
 
 import importlib.util
@@ -17,9 +18,8 @@ from precompute.cli.parser import OneLineParser
 
 from . import rcwa_orders_tables as tables
 from . import report
-from .rcwa import KERATIN
-from .rcwa_orders_picture import draw
-from .rcwa_orders_rows import Row, Total, cases, measure, steep
+from .rcwa_orders_picture import draw, draw_baked
+from .rcwa_orders_rows import Row, Total, cases, has_bound, measure, steep
 
 
 def main(argv: list[str] | None = None) -> None:
@@ -28,6 +28,7 @@ def main(argv: list[str] | None = None) -> None:
     parser.add_argument("--output", type=Path, default=Path("dist", "benchmarks"), metavar="DIR")
     parser.add_argument("--quick", action="store_true", help="few periods, depths and angles")
     parser.add_argument("--picture", type=Path, metavar="FILE", help="draw first orders by depth and period")
+    parser.add_argument("--baked-picture", type=Path, metavar="FILE", help="draw first orders of metals and films")
     report.add_json(parser)
     arguments = parser.parse_args(argv)
     if importlib.util.find_spec("inkstone") is None:
@@ -38,14 +39,16 @@ def main(argv: list[str] | None = None) -> None:
     rows = tables.kept(row for orders, _ in measured for row in orders)
     totals = [total for _, total in measured]
     parts = [tables.orders(rows), tables.rim_by_depth(rows), tables.sums(totals), tables.mixes(rows)]
-    within = [case for case in chosen if case.index == KERATIN and case.azimuth_deg == 0]
+    within = [case for case in chosen if not (case.azimuth_deg or has_bound(case))]
     parts += [tables.largest_sums("the same gratings in the plane", within), tables.largest_sums("steep ones", steep())]
-    parts += [tables.metal_convergence(quick=arguments.quick)]
+    parts += [tables.convergence(quick=arguments.quick)]
     text = "\n\n".join(parts)
     report.say(text, arguments.json)
     (arguments.output / "rcwa_orders.txt").write_text(text + "\n")
     if arguments.picture:
         draw(arguments.picture, rows)
+    if arguments.baked_picture:
+        draw_baked(arguments.baked_picture, rows)
     facts = {"rows": [_record(row) for row in rows], "totals": [_record(total) for total in totals]}
     report.write(facts, arguments.json)
 
@@ -53,9 +56,13 @@ def main(argv: list[str] | None = None) -> None:
 def _record(one: Row | Total) -> dict:
     """A row or a total for JSON, which has no complex numbers."""
     facts = asdict(one)
-    index = complex(facts["case"]["index"])
-    facts["case"]["index"] = [index.real, index.imag]
+    facts["case"]["index"] = _parts(facts["case"]["index"])
+    facts["case"]["films"] = [(_parts(index), thickness) for index, thickness in facts["case"]["films"]]
     return facts
+
+
+def _parts(index: complex) -> list[float]:
+    return [complex(index).real, complex(index).imag]
 
 
 if __name__ == "__main__":

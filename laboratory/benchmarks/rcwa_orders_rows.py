@@ -1,19 +1,25 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The orders of many gratings: by Maxwell's equations, and by four factors of the spectrum (rcwa_orders_factors.py).
 
-Inkstone solves Maxwell's equations for gratings in keratin, in the plane of incidence and out of it, and for gratings
-in aluminium and gold in the plane (rcwa.py). Lengths are in wavelengths.
+The gratings are in keratin, in the plane of incidence and out of it, and in metals and under films in the plane.
+rcwa_layers.py solves Maxwell's equations in the plane, Inkstone out of it (rcwa.py). Lengths are in wavelengths.
 """
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from functools import cache
 from itertools import product
 
 import numpy as np
 
+from precompute.reflectance.matter import Index
+from precompute.reflectance.matter_text import parse
+from precompute.reflectance.metals import metal_index
+
 from ..study.efficiency import PROFILES, profile
-from .rcwa import EXTRA_ORDERS, Grating, reflected
-from .rcwa_orders_factors import FACTORS, reflectance
+from . import rcwa, rcwa_layers
+from .rcwa import EXTRA_ORDERS, Films, Grating
+from .rcwa_orders_factors import FACTORS, obliquity, reflectance
 
 PERIODS = (1.1, 1.5, 2.5, 4.5, 8.5)
 DEPTHS = (0.05, 0.1, 0.2, 0.25, 0.4, 0.5)
@@ -22,7 +28,16 @@ ANGLES_DEG = (0.0, 20.0, 40.0, 60.0, 65.0, 70.0, 75.0, 85.0)
 # The angles of the sums, of light out of the plane of incidence, and of light on metal.
 SUM_ANGLES_DEG = (0.0, 20.0, 40.0, 60.0, 75.0, 85.0)
 AZIMUTHS_DEG = (45.0, 90.0)
-METALS = {"aluminium": 0.96 + 6.69j, "gold": 0.42 + 2.35j}
+METALS = {"aluminium": 0.96 + 6.69j, "gold": 0.42 + 2.35j, "chromium": 3.18 + 3.33j}
+FILMS = {
+    "film on aluminium": "1.46/120nm, aluminium",
+    "film on a dielectric": "2.3/120nm, 1.56",
+    "12 layers": "6x(1.68/80nm, 1.56/90nm), 1.56",
+}
+# The wavelengths in nanometres at which films are compared: their reflectance depends on it.
+WAVELENGTHS_NM = (450.0, 550.0, 650.0)
+# Stam's form divided by the albedo bound: what the materials of metals and films have.
+BOUNDED = "bounded Stam"
 _SAMPLES = 4096
 # RCWA needs more orders in a metal: at a wall the field of TM light is nearly singular.
 _METAL_EXTRA = 20
@@ -53,7 +68,8 @@ class Total:
 
 def rigorous_orders(case: Grating, most: int, **accuracy: int) -> np.ndarray:
     """The power of the reflected orders -most to most over the incident power, mean of TE and TM."""
-    powers = reflected(case, **accuracy)[:, :-1].mean(axis=0)
+    solver = rcwa if case.azimuth_deg else rcwa_layers
+    powers = solver.reflected(case, **accuracy)[:, :-1].mean(axis=0)
     middle = len(powers) // 2
     return powers[middle - most : middle + most + 1]
 
@@ -71,7 +87,7 @@ def directions(case: Grating, order: int) -> tuple[np.ndarray, np.ndarray] | Non
 
 def spectrum(case: Grating, order: int, w: float) -> float:
     """|c_m(w)|^2: the efficiency of an order for a surface that reflects everything, by the discrete Fourier series."""
-    height = profile(case.kind, case.depth, _SAMPLES)
+    height = profile(case.kind, case.depth, _SAMPLES, duty=case.duty)
     x = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
     return float(np.abs(np.mean(np.exp(-2j * np.pi * (w * height + order * x)))) ** 2)
 
@@ -89,23 +105,47 @@ def scalar_orders(case: Grating) -> Iterator[tuple[int, float, dict[str, float]]
             continue
         wi, wr = ways
         power = spectrum(case, order, wi[2] + wr[2])
-        light = {name: factor(wi, wr, case.index) * power for name, factor in FACTORS.items()}
+        light = {name: factor(wi, wr, case.index, case.films) * power for name, factor in FACTORS.items()}
         yield order, round(float(np.degrees(np.arccos(min(wi[2], wr[2])))), 6), light
+
+
+def has_bound(case: Grating) -> bool:
+    """Whether the materials divide the case by its albedo bound: metals and films."""
+    return bool(complex(case.index).imag or case.films)
+
+
+@cache
+def albedo(case: Grating) -> float:
+    """The light of all orders by Stam's form if the surface reflected everything."""
+    most = int(2 * case.period) + 1
+    found = [(order, directions(case, order)) for order in range(-most, most + 1)]
+    return sum(
+        obliquity(*ways) * spectrum(case, order, ways[0][2] + ways[1][2]) for order, ways in found if ways is not None
+    )
+
+
+def bounded(case: Grating, order: int, stam: float) -> float:
+    """An order's light by Stam's form over the albedo bound (docs/theory.md, BRDF); in the plane of incidence."""
+    ways = directions(case, order)
+    assert ways is not None  # the order leaves the surface
+    from_order = replace(case, theta_deg=-float(np.degrees(np.arcsin(ways[1][0]))))
+    return stam / max(1.0, albedo(case), albedo(from_order))
 
 
 def flat_reflectance(case: Grating) -> float:
     """The reflectance of a flat surface under the case's light."""
-    return reflectance(np.cos(np.radians(case.theta_deg)), case.index)
+    return reflectance(np.cos(np.radians(case.theta_deg)), case.index, case.films)
 
 
 def measure(case: Grating) -> tuple[list[Row], Total]:
     """The orders of a case that leave the surface, and their sum."""
     most = int(2 * case.period) + 1
     rigorous = rigorous_orders(case, most, extra=extra_orders(case))
-    rows = [
-        Row(case, order, larger, float(rigorous[order + most]), light) for order, larger, light in scalar_orders(case)
-    ]
-    sums = {name: sum(row.scalar[name] for row in rows) for name in FACTORS}
+    rows = []
+    for order, larger, light in scalar_orders(case):
+        extra = {BOUNDED: bounded(case, order, light["Stam"])} if has_bound(case) else {}
+        rows.append(Row(case, order, larger, float(rigorous[order + most]), light | extra))
+    sums = {name: sum(row.scalar[name] for row in rows) for name in rows[0].scalar}
     return rows, Total(case, flat_reflectance(case), float(rigorous.sum()), sums)
 
 
@@ -117,8 +157,31 @@ def cases(*, quick: bool = False) -> list[Grating]:
     depths_out_of_plane = depths[:1] if quick else (*SHALLOW, DEEP)
     conical = [Grating(*each) for each in product(PROFILES, periods[:4], depths_out_of_plane, fewer) if each[-1]]
     found += [replace(case, azimuth_deg=azimuth) for case in conical for azimuth in AZIMUTHS_DEG]
-    metal = [Grating(*each) for each in product(PROFILES, periods[:4], depths[:1] if quick else SHALLOW, fewer)]
-    return found + [replace(case, index=index) for index in METALS.values() for case in metal]
+    shallow = [Grating(*each) for each in product(PROFILES, periods[:4], depths[:1] if quick else SHALLOW, fewer)]
+    found += [replace(case, index=index) for index in METALS.values() for case in shallow]
+    under = [each for name in FILMS for each in films_of(name)[: 1 if quick else None]]
+    return found + [replace(case, index=index, films=films) for index, films in under for case in shallow]
+
+
+@cache
+def films_of(name: str) -> list[tuple[complex, Films]]:
+    """The substrate's index and the films of one of FILMS, at each of WAVELENGTHS_NM."""
+    matter, found = parse(FILMS[name]), []
+    for nm in WAVELENGTHS_NM:
+        films = tuple((_index_at(layer.index, nm), layer.thickness_nm / nm) for layer in matter.layers)
+        found.append((_index_at(matter.substrate, nm), films))
+    return found
+
+
+def _index_at(index: Index, wavelength_nm: float) -> complex:
+    return complex(metal_index(index, np.array([wavelength_nm * 1e-9]))[0] if isinstance(index, str) else index)
+
+
+def is_of(case: Grating, name: str) -> bool:
+    """Whether a case is of one of METALS or FILMS."""
+    if name in METALS:
+        return not case.films and case.index == METALS[name]
+    return (case.index, case.films) in films_of(name)
 
 
 def steep() -> list[Grating]:

@@ -9,10 +9,11 @@ import numpy as np
 
 from ..study.efficiency import PROFILES
 from .rcwa import PARTS, Grating
-from .rcwa_orders_factors import FACTORS
 from .rcwa_orders_rows import (
+    BOUNDED,
     DEEP,
     DEPTHS,
+    FILMS,
     METALS,
     SHALLOW,
     SUM_ANGLES_DEG,
@@ -21,8 +22,11 @@ from .rcwa_orders_rows import (
     away_from_1,
     directions,
     extra_orders,
+    films_of,
     flat_reflectance,
+    has_bound,
     has_scalar,
+    is_of,
     off_by,
     rigorous_orders,
     scalar_orders,
@@ -50,7 +54,7 @@ def kept(rows: Iterable[Row]) -> list[Row]:
 
 
 def _is_keratin(case: Grating) -> bool:
-    return complex(case.index).imag == 0
+    return not has_bound(case)
 
 
 def _groups() -> dict[str, Callable[[Row], bool]]:
@@ -75,25 +79,27 @@ def _groups() -> dict[str, Callable[[Row], bool]]:
         "mirror image, depth to 0.2": lambda row: row.order == 0 and shallow(row),
         "first orders, depth 0.4": lambda row: abs(row.order) == 1 and _is_keratin(row.case) and row.case.depth == DEEP,
     }
-    for name, index in METALS.items():
-        groups[f"{name}, first orders, depth to 0.2, in the plane"] = lambda row, index=index: (
-            abs(row.order) == 1 and row.case.index == index
+    for name, deepest in product((*METALS, *FILMS), SHALLOW[1:]):
+        groups[f"{name}, first orders, depth to {deepest:g}, in the plane"] = lambda row, name=name, deepest=deepest: (
+            abs(row.order) == 1 and row.case.depth <= deepest and is_of(row.case, name)
         )
     return groups
 
 
 def orders(rows: Sequence[Row]) -> str:
     """Median (90th percentile) of the factor, at least 1, by the range of the larger angle, for groups of orders."""
-    lines = [f"{'degrees':<9}" + "".join(f"{name:>22}" for name in FACTORS)]
+    lines = []
     for title, belongs in _groups().items():
-        lines += ["", title]
-        chosen = [row for row in rows if belongs(row)]
+        if not (chosen := [row for row in rows if belongs(row)]):
+            continue
+        names = list(chosen[0].scalar)
+        lines += ["", title, f"{'degrees':<9}" + "".join(f"{name:>22}" for name in names)]
         for low, high in RANGES_DEG:
             within = [row for row in chosen if low <= row.larger_angle_deg < high]
             if within:
-                cells = "".join(f"{_spread(within, name):>22}" for name in FACTORS)
+                cells = "".join(f"{_spread(within, name):>22}" for name in names)
                 lines.append(f"{low:>2} - {high:<4}{cells}{len(within):>6}")
-    return "\n".join(lines)
+    return "\n".join(lines[1:])
 
 
 def rim_by_depth(rows: Sequence[Row]) -> str:
@@ -147,24 +153,23 @@ def _w(row: Row) -> float:
 
 def sums(totals: Sequence[Total]) -> str:
     """The light of all orders over a flat surface's, by the angle of the light, and its distance from RCWA."""
-    heads = ("RCWA", *_FORMS)
     lines = [
         "light of all orders over a flat surface's: least to most, mean; the largest difference from RCWA as a "
         "fraction of the flat surface's light, and of the incident light"
     ]
-    groups = [("keratin", depth, True) for depth in SUM_DEPTHS] + [(name, SHALLOW[-1], False) for name in METALS]
-    for name, deepest, keratin in groups:
-        lines += ["", f"{name}, depth to {deepest:g}", f"{'light at':<10}" + "".join(f"{head:>32}" for head in heads)]
-        chosen = [
-            one for one in totals
-            if one.case.depth <= deepest and (_is_keratin(one.case) if keratin else one.case.index == METALS[name])
-        ]  # fmt: skip
+    groups = [("keratin", depth) for depth in SUM_DEPTHS] + [(name, SHALLOW[-1]) for name in (*METALS, *FILMS)]
+    for name, deepest in groups:
+        belongs = _is_keratin if name == "keratin" else lambda case, name=name: is_of(case, name)
+        chosen = [one for one in totals if one.case.depth <= deepest and belongs(one.case)]
+        forms = [form for form in (*_FORMS, BOUNDED) if chosen and form in chosen[0].scalar]
+        heads = "".join(f"{head:>32}" for head in ("RCWA", *forms))
+        lines += ["", f"{name}, depth to {deepest:g}", f"{'light at':<10}{heads}"]
         for theta in SUM_ANGLES_DEG:
             if within := [one for one in chosen if one.case.theta_deg == theta]:
                 cells = [_sum_cell(within, [one.rigorous for one in within])]
-                cells += [_sum_cell(within, [one.scalar[form] for one in within]) for form in _FORMS]
+                cells += [_sum_cell(within, [one.scalar[form] for one in within]) for form in forms]
                 lines.append(f"{theta:<10g}" + "".join(f"{cell:>32}" for cell in cells) + f"{len(within):>6}")
-        lines += [_within(chosen, form) for form in _FORMS]
+        lines += [_within(chosen, form) for form in forms]
     return "\n".join(lines)
 
 
@@ -201,15 +206,17 @@ def largest_sums(title: str, measured: Sequence[Grating]) -> str:
     return "\n".join(lines)
 
 
-def metal_convergence(*, quick: bool = False) -> str:
-    """What finer RCWA changes of a first order in metal: the median and the largest relative change."""
-    lines = ["what finer RCWA changes of a first order in metal, median (largest)"]
+def convergence(*, quick: bool = False) -> str:
+    """What finer RCWA changes of a first order in metals and under films: median and largest relative change."""
+    lines = ["what finer RCWA changes of a first order, median (largest)"]
     settings = ((1.5, 40.0),) if quick else ((1.5, 40.0), (2.5, 60.0))
-    for name, index in METALS.items():
+    kinds = ("binary",) if quick else PROFILES  # the others have many slices
+    surfaces = {name: (index, ()) for name, index in METALS.items()} | {name: films_of(name)[0] for name in FILMS}
+    for name, (index, films) in surfaces.items():
         for depth in SHALLOW[:1] if quick else SHALLOW:
             orders_changed, parts_changed = [], []
-            for kind, (period, theta) in product(PROFILES, settings):
-                case = Grating(kind, period, depth, theta, index=index)
+            for kind, (period, theta) in product(kinds, settings):
+                case = Grating(kind, period, depth, theta, index=index, films=films)
                 extra = extra_orders(case)
                 usual = rigorous_orders(case, 1, extra=extra)[::2]
                 there = usual >= LEAST

@@ -50,13 +50,13 @@ class Order:
         return {"order": self.order, "computed": self.computed, "analytic": self.analytic, "error": self.error}
 
 
-def profile(kind: str, depth_m: float, samples: int) -> np.ndarray:
-    """Heights (samples,) in metres over one period: a sine, a ridge in its first half, or a ramp up along +T."""
+def profile(kind: str, depth_m: float, samples: int, *, duty: float = 0.5) -> np.ndarray:
+    """Heights (samples,) in metres over one period: a sine, a ridge in the part `duty`, or a ramp up along +T."""
     x = (np.arange(samples) + 0.5) / samples
     if kind == "sinusoidal":
         return depth_m / 2 * np.sin(2 * np.pi * x)
     if kind == "binary":
-        return np.where(x < 0.5, depth_m, 0.0)
+        return np.where(x < duty, depth_m, 0.0)
     return depth_m * x
 
 

@@ -178,42 +178,47 @@ def _distribution(relief: Relief) -> tuple[np.ndarray, np.ndarray]:
     return mean, share[share > 0] / weight.sum()
 
 
-def draw_pairs(
-    reliefs: Sequence[Relief], sigma_b: float, w: float, *, count: int, region: Region, rng: np.random.Generator,
-    line_m: float | None = None, least: float = 0.0,
-) -> Pairs:  # fmt: skip
-    """Draw up to `count` direction pairs with cos(ti) + cos(tr) = w and with u and v in a region.
+@dataclass(frozen=True)
+class Held:
+    """The directions that a table holds, and its light.
+
+    sigma_b  standard deviation of the kernel in u and v
+    region   of u and v
+    least    the least cosine of both directions
+    line_m   the wavelength of a laser's line in metres; None for white light"""
+
+    sigma_b: float
+    region: Region
+    least: float = 0.0
+    line_m: float | None = None
+
+
+def draw_pairs(reliefs: Sequence[Relief], held: Held, w: float, *, count: int, rng: np.random.Generator) -> Pairs:
+    """Draw up to `count` direction pairs with cos(ti) + cos(tr) = w among those that a table holds.
 
     Half of the pairs are cosine weighted, and half are drawn from the spectrum. Fewer are returned if pairs rarely fall
-    in the region. `line_m` is the wavelength of a laser's line. Both cosines are at least `least`."""
-    cosine = _cosine_within(w, count // 2, region, rng, least)
-    half = _half_vectors(reliefs, sigma_b, w, count - count // 2, region, rng, line_m)
-    wi, wr = pair_about(half, rng, least=least)
+    in the region."""
+    cosine = _cosine_within(w, count // 2, held, rng)
+    half = _half_vectors(reliefs, w, count - count // 2, held, rng)
+    wi, wr = pair_about(half, rng, least=held.least)
     drawn = np.arange(len(cosine.wi) + len(wi)) >= len(cosine.wi)
     return Pairs(np.concatenate([cosine.wi, wi]), np.concatenate([cosine.wr, wr]), drawn)
 
 
-def _cosine_within(w: float, count: int, region: Region, rng: np.random.Generator, least: float) -> Pairs:
+def _cosine_within(w: float, count: int, held: Held, rng: np.random.Generator) -> Pairs:
     wi, wr = np.empty((2, 0, 3))
     for _ in range(100):
-        more = cosine_weighted(w, count, rng, least=least)
-        kept = Pairs(*more, np.zeros(len(more[0]), bool)).within(region)
+        more = cosine_weighted(w, count, rng, least=held.least)
+        kept = Pairs(*more, np.zeros(len(more[0]), bool)).within(held.region)
         wi, wr = np.concatenate([wi, kept.wi])[:count], np.concatenate([wr, kept.wr])[:count]
         if len(wi) == count:
             break
     return Pairs(wi, wr, np.zeros(len(wi), bool))
 
 
-def _half_vectors(
-    reliefs: Sequence[Relief],
-    sigma_b: float,
-    w: float,
-    count: int,
-    region: Region,
-    rng: np.random.Generator,
-    line_m: float | None,
-) -> np.ndarray:
+def _half_vectors(reliefs: Sequence[Relief], w: float, count: int, held: Held, rng: np.random.Generator) -> np.ndarray:
     """Draw up to `count` half vectors (n, 3) from the scattered power times luminance, blurred by the kernel."""
+    region, sigma_b, line_m = held.region, held.sigma_b, held.line_m
     nm = np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, 401)
     luminance = np.cumsum(observer(nm)[:, 1])
     # Twice `count` half vectors are drawn, because the kernel moves some of them past the horizon.

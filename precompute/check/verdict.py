@@ -26,7 +26,7 @@ from ..surface.relief import Relief, prepare
 from ..surface.steps.pipeline import DEFAULT, steps_of
 from ..surface.steps.step import Step
 from . import albedo, direct_sums
-from .direct_sums import draw_pairs, scattered_xyz
+from .direct_sums import Held, draw_pairs, scattered_xyz
 from .table_file import Table, read_table
 
 # Borders of the rings around the zero order, as distances sqrt(u^2 + v^2), for which errors are reported separately.
@@ -205,12 +205,9 @@ def truths(
     All pairs are within the region and the range of w that the table covers."""
     rng = np.random.default_rng(_SEED)
     found = []
-    least = least_cosine(table.matter.plate_ior)
-    for k, w in enumerate(_draw_w(table.w_range, groups, rng, least=least)):
-        drawn = draw_pairs(
-            reliefs, table.sigma_b, w, count=pairs, region=table.region, rng=rng, line_m=line_of(table.illuminant),
-            least=least,
-        )  # fmt: skip
+    held = Held(table.sigma_b, table.region, least_cosine(table.matter.plate_ior), line_of(table.illuminant))
+    for k, w in enumerate(_draw_w(table.w_range, groups, rng, least=held.least)):
+        drawn = draw_pairs(reliefs, held, w, count=pairs, rng=rng)
         scattered = scattered_xyz(
             reliefs, (drawn.u, drawn.v, w), sigma_b=table.sigma_b, step_m=step_m, illuminant=table.illuminant,
             matter=table.matter, progress=part_of(progress, "check", done=k, total=groups),

@@ -9,6 +9,7 @@ A new file is a new preset: the command line and Blender's menu list it. The fil
     base_roughness  roughness of that material, from 0 to 1
     direction       what the scan's x axis follows: one of DIRECTIONS; it may be missing
     inputs          numbers for the inputs of the Diffraction node, by name; it may be missing
+    hologram        a pattern and numbers for its inputs (preset_hologram.py); it may be missing
     sources         lines that say where each number comes from, or that it was chosen by eye
 """
 
@@ -26,6 +27,7 @@ from ..optics.small_slope import IOR_MAX
 from ..surface.generated.parameters import canonical, parse_grating
 from ..surface.height_map import GRATING_PREFIX, SAMPLE_PREFIX
 from ..surface.samples.catalogue import SAMPLES
+from .preset_hologram import PresetHologram, hologram_from, numbers_in
 
 FOLDER = Path(__file__).parent
 # The choices of `direction`: the direction that the mesh stores, or outwards from the object's Z axis as on a disc.
@@ -41,7 +43,7 @@ INPUTS = {
     "Height Scale": (0.0, 1.0),
 }
 _REQUIRED = ("title", "request", "base_color", "base_roughness", "sources")
-_KEYS = (*_REQUIRED, "direction", "inputs")
+_KEYS = (*_REQUIRED, "direction", "inputs", "hologram")
 # The longest title in characters; a menu shows it. A source is a line of a table.
 _TITLE_MAX, _SOURCE_MAX = 60, 400
 _WORKING = "compare it with a preset that works"
@@ -58,6 +60,7 @@ class Preset:
     base_roughness  roughness of that material
     direction       what the scan's x axis follows, one of DIRECTIONS
     inputs          values for inputs of the Diffraction node
+    hologram        the pattern that its material begins with, or None
     sources         where each number comes from, a line each"""
 
     name: str
@@ -67,6 +70,7 @@ class Preset:
     base_roughness: float
     direction: str
     inputs: Mapping[str, float]
+    hologram: PresetHologram | None
     sources: tuple[str, ...]
 
 
@@ -98,6 +102,7 @@ def read_preset(name: str, folder: Path = FOLDER) -> Preset:
         base_roughness=number_in(file, "base_roughness", record["base_roughness"], limits=(0.0, 1.0)),
         direction=_direction(file, record.get("direction", DIRECTIONS[0])),
         inputs=inputs_of(record.get("inputs", {}), file),
+        hologram=hologram_from(record["hologram"], file) if "hologram" in record else None,
         sources=_sources(file, record["sources"]),
     )
 
@@ -105,12 +110,7 @@ def read_preset(name: str, folder: Path = FOLDER) -> Preset:
 def inputs_of(record: object, source: str) -> dict[str, float]:
     """The values for inputs of the Diffraction node in a JSON record. Raises GratingError, with `source` and the input,
     for an unknown input or a value out of its limits."""
-    if not isinstance(record, Mapping):
-        raise GratingError(source, f"inputs: cannot be {record!r:.30}", "give an object of names and numbers")
-    for name in record:
-        if name not in INPUTS:
-            raise GratingError(source, f"inputs: {name:.40}: no such input", f"there are {', '.join(INPUTS)}")
-    return {name: number_in(source, f"inputs: {name}", value, limits=INPUTS[name]) for name, value in record.items()}
+    return numbers_in(record, INPUTS, source, part="inputs")
 
 
 def _request(file: str, record: Any) -> BakeRequest:

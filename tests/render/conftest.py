@@ -226,6 +226,12 @@ def deep_skin(tmp_path_factory):
     return _baked_by_command(tmp_path_factory, "xenopeltis")
 
 
+@pytest.fixture(scope="session", params=["mirror", "gold", "6x(1.68/80nm, 1.56/90nm), 1.56"])
+def matter_skin(request, tmp_path_factory):
+    """The same for the blazed sample in a matter whose reflectance the table holds."""
+    return _baked_by_command(tmp_path_factory, "blazed", "--matter", request.param)
+
+
 def _baked_by_command(tmp_path_factory, sample, *more):
     folder = tmp_path_factory.mktemp("skin")
     asked = [f"sample:{sample}", "--coherence-um", "30", "--delta-e", "1", *more, "-o", str(folder)]

@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 import pytest
 
-from laboratory.benchmarks.hemisphere import directional_albedo
+from laboratory.benchmarks.hemisphere import directional_albedo, directional_albedo_xyz
 from precompute.optics.fresnel import fresnel_reflectance
 from precompute.optics.plate import NO_PLATE
 from tests.addon.worlds.made import world_with
@@ -30,6 +30,13 @@ def test_white_furnace_of_a_mirror(stage, mirror_skin):
     expect_directional_albedo(stage, mirror_skin, "REST", (0, 75, 85))
 
 
+def test_white_furnace_of_a_metal_and_of_layers(stage, matter_skin):
+    """A blaze, all of whose light is in a few strongly coloured orders: within 2 % up to 75 degrees, as the sample set
+    misplaces up to 1 % of the light (INTERPOLATION of bake/sample_draws.py) and the noise is 0.5 %. Beyond, the noise
+    is 1.3 %."""
+    expect_directional_albedo(stage, matter_skin, "REST", (0, 60, 75, 85), samples=256, limits=(0.02, 0.05))
+
+
 def test_white_furnace_of_a_deep_relief(stage, deep_skin):
     """The mirror image's colour changes by a quarter within the kernel."""
     expect_directional_albedo(stage, deep_skin, "REST", (75, 80, 85))
@@ -40,7 +47,8 @@ def test_white_furnace_under_a_plate(stage, disc):
     expect_directional_albedo(stage, disc, "REST", (0, 60, 75))
 
 
-def expect_directional_albedo(stage, skin, lights, angles_deg):
+def expect_directional_albedo(stage, skin, lights, angles_deg, *, samples=64, limits=(0.01, 0.03)):
+    """The limits are relative, up to 75 degrees and beyond."""
     path, table = skin
     add_world(stage)
     bpy.ops.mesh.primitive_plane_add(size=20)
@@ -48,15 +56,16 @@ def expect_directional_albedo(stage, skin, lights, angles_deg):
     for degrees in angles_deg:
         theta = np.radians(degrees)
         camera = stage.camera((2 * np.sin(theta), 0, 2 * np.cos(theta)), ortho=0.1)
-        pixels = stage.rgb("cycles", 32, 64).reshape(-1, 3)
+        pixels = stage.rgb("cycles", 32, samples).reshape(-1, 3)
         bpy.data.objects.remove(camera)
         wanted = directional_albedo(table, theta)
         if table.plate_ior != NO_PLATE:
             wanted += fresnel_reflectance(np.cos(theta), table.plate_ior)
-        # A mirror's pixels have a mean of 1 and noise. The quadrature of its albedo is exact to 1e-3.
+        # A dielectric's pixels are dark. Others have a mean of up to 1 and noise.
         assert table.holds_reflectance or pixels.max() <= 1
-        assert wanted.max() <= 1.001
-        np.testing.assert_allclose(pixels.mean(axis=0), wanted, rtol=0.01 if degrees <= 75 else 0.03)
+        # The quadrature is exact to 1e-3.
+        assert directional_albedo_xyz(table, theta).max() <= 1.001
+        np.testing.assert_allclose(pixels.mean(axis=0), wanted, rtol=limits[degrees > 75])
 
 
 def test_nothing_counts_twice(stage, skin):

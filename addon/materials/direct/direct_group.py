@@ -45,10 +45,11 @@ from ....precompute.table.atlas import Layout
 from ...nodes.arrange import arrange
 from ...nodes.builder import Tree, Value
 from ...nodes.interface import add_interface
-from ..atlas_nodes import AtlasTable, Direction, albedo_bound, excess_albedo, matrix_times, zero_order_xyz
+from ..atlas_nodes import AtlasTable, albedo_bound, excess_albedo, matrix_times, zero_order_xyz
 from ..plate_nodes import Plate
 from ..response import QUESTION, TWO_RADIANCES, Response
 from ..small_slope_nodes import dielectric_ior, small_slope_reflectance
+from ..tangent_space import Direction
 
 GROUP_PREFIX = "Diffraction Direct"
 

@@ -14,7 +14,7 @@ from ....precompute.table.sample_set import path_beside
 from ....precompute.table.sample_set import read_sound_header as read_sound_set_header
 from ...blender import compat
 from ..lobes.lobes_group import build_world_group
-from ..lobes.random_draw import SampleSetNodes, wavelengths_image
+from ..lobes.random_draw import SampleSetNodes, reflectance_image, wavelengths_image
 from ..pictures import content_of, note_content, note_pictures, picture_of
 from ..response import Response, note_opaque, note_plate, note_working_space
 from .direct_group import build_direct_group
@@ -39,7 +39,8 @@ def direct_response(path: Path) -> Response:
     name = printable(path.stem)
     response = build_direct_group(name, image, layout, rgb_from_xyz=matrix)
     note_working_space(response)
-    if matter_in(layout, record, path).opaque:
+    matter = matter_in(layout, record, path)
+    if matter.opaque:
         note_opaque(response)
     if layout.plate_ior != NO_PLATE:
         note_plate(response, layout.plate_ior)
@@ -50,6 +51,7 @@ def direct_response(path: Path) -> Response:
         load_atlas(draws_path, half=True, alpha="CHANNEL_PACKED"),
         draws_layout,
         wavelengths_image(layout.illuminant, draws_layout.wavelength),
+        reflectance_image(matter, layout.illuminant) if matter.baked else None,
     )
     world = build_world_group(name, image, layout, draws=draws, rgb_from_xyz=matrix)
     note_pictures(world)

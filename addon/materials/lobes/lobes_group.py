@@ -16,8 +16,9 @@ scattered light, if each draw has the colour
 
     C = D c^2 G W(q; c w / lambda) / lambda^2 rgb(u, v, w) / (X + Y + Z)(u, v, w)
 
-G is 4 cos(ti) cos(tr) Q for a dielectric, and (1 + wi.wr)^2 / (cos(ti) cos(tr)) / M for a table that holds its matter's
-reflectance.
+G is 4 cos(ti) cos(tr) Q for a dielectric, and R (1 + wi.wr)^2 / (cos(ti) cos(tr)) / M for a table that holds its
+matter's reflectance. R is this reflectance at the drawn wavelength and the half angle. The table's colour below has no
+brightness, so the table's own R does not count.
 The frequency q is drawn from the sample set (precompute/table/sample_set.py), which also gives its weight W. The
 wavelength lambda is drawn in proportion to the observer's X + Y + Z, whose integral is D
 (precompute/colour/drawn_wavelengths.py). They determine the direction wi: its tangential part is lambda q / p minus the
@@ -46,10 +47,11 @@ from ....precompute.table.atlas import Layout
 from ...nodes.arrange import arrange
 from ...nodes.builder import Tree, Value
 from ...nodes.interface import add_interface
-from ..atlas_nodes import AtlasTable, Direction, albedo_bound, excess_albedo, matrix_times, zero_order_xyz
+from ..atlas_nodes import AtlasTable, albedo_bound, excess_albedo, matrix_times, zero_order_xyz
 from ..plate_nodes import Plate
 from ..response import WORLD_ANSWER, WORLD_QUESTION
 from ..small_slope_nodes import dielectric_ior, small_slope_reflectance
+from ..tangent_space import Direction
 from .random_draw import SampleSetNodes
 
 GROUP_PREFIX = "Diffraction World"
@@ -147,7 +149,9 @@ def build_world_group(
         cosine2 = plate.cosine2_above(tree, light)
     real = tree.math("GREATER_THAN", cosine2, _COSINE_MIN**2) * seen
     if layout.holds_reflectance:
-        factor = tree.squared(half2) / (cos_i * cos_r) * reflectance(light, lobe_normal)
+        # |wi + wr| / 2 is the cosine of the half angle.
+        matter = draw.reflectance(tree.sqrt(half2 * 0.5))
+        factor = tree.squared(half2) / (cos_i * cos_r) * reflectance(light, lobe_normal) * matter
     else:
         slopes = small_slope_reflectance(tree, ior, light=light, view=view, one_plus=half2)
         factor = cos_i * cos_r * slopes * 4.0

@@ -10,14 +10,18 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import bpy
+import numpy as np
 
 from ....precompute.colour.drawn_wavelengths import wavelength_quantiles
+from ....precompute.reflectance.matter import Matter
 from ....precompute.table.sample_set import SampleSetLayout
 from ...blender import stored
 from ...nodes.builder import Tree, Value
-from ..pictures import fault_of, note_content
+from ..pictures import fault_of, note_content, picture_of
 
 _WAVELENGTHS = 512
+# Columns (wavelengths) and rows (cosines) of a picture of a reflectance.
+_COLUMNS, _ROWS = 256, 512
 # Custom property of the picture of wavelengths: its illuminant.
 _ILLUMINANT = "ng_wavelengths"
 
@@ -29,21 +33,26 @@ class Draw:
     uv          the frequency q times the sample set's wavelength, a vector
     wavelength  over the sample set's wavelength
     normal      two independent standard normal numbers, a vector
-    weight      W / wavelength^2 of the frequency, as a function of s times the sample set's wavelength"""
+    weight      W / wavelength^2 of the frequency, as a function of s times the sample set's wavelength
+    reflectance the matter's reflectance at the drawn wavelength, as a function of the half angle's cosine; 1 without
+                a picture of it"""
 
     uv: Value
     wavelength: Value
     normal: Value
     weight: Callable[[Value], Value]
+    reflectance: Callable[[Value], Value | float]
 
 
 @dataclass(frozen=True)
 class SampleSetNodes:
-    """A sample set for nodes: its picture, the picture's layout, and the picture of wavelengths."""
+    """A sample set for nodes: its picture, the picture's layout, the picture of wavelengths, and the picture of the
+    reflectance if the table holds its matter's."""
 
     image: bpy.types.Image
     layout: SampleSetLayout
     wavelengths: bpy.types.Image
+    reflectance: bpy.types.Image | None = None
 
     def add_to(self, tree: Tree, place: Value) -> Draw:
         """Add nodes that draw at random by the shaded position."""
@@ -75,7 +84,15 @@ class SampleSetNodes:
             powers = tree.vector(1.0, t, squared)
             return (tree.dot(low, powers) + cubic * squared * t) * layout.scale
 
-        return Draw(uv, wavelength, _normal(tree, place), weight)
+        def reflectance(cosine: Value) -> Value | float:
+            if self.reflectance is None:
+                return 1.0
+            found, _ = _look_up(
+                tree, self.reflectance, tree.vector(share, cosine, 0.0), label="Reflectance", interpolation="Linear"
+            )
+            return tree.dot(found, (1.0, 0.0, 0.0))
+
+        return Draw(uv, wavelength, _normal(tree, place), weight, reflectance)
 
 
 def wavelengths_image(illuminant: str, reference_m: float) -> bpy.types.Image:
@@ -92,6 +109,24 @@ def wavelengths_image(illuminant: str, reference_m: float) -> bpy.types.Image:
     return image
 
 
+def reflectance_image(matter: Matter, illuminant: str) -> bpy.types.Image:
+    """The file's picture of a matter's reflectance; created if needed.
+
+    Columns are wavelengths at equal steps of probability, as in wavelengths_image. Rows are cosines from 0 to 1."""
+    content = f"reflectance {matter} {illuminant}"
+    if (present := picture_of(content)) is not None:
+        return present
+    cosines = (np.arange(_ROWS) + 0.5) / _ROWS
+    reflectance = matter.reflectance(wavelength_quantiles(_COLUMNS, illuminant), cosines).T
+    image = bpy.data.images.new("Reflectance", _COLUMNS, _ROWS, float_buffer=True, is_data=True)
+    pixels = np.ones((_ROWS, _COLUMNS, 4), np.float32)
+    pixels[..., :3] = reflectance[..., None]
+    image.pixels.foreach_set(pixels.ravel())
+    image.pack()
+    note_content(image, content)
+    return image
+
+
 def _normal(tree: Tree, place: Value) -> Value:
     """Two standard normal numbers, by the Box-Muller transform."""
     noise = tree.node("ShaderNodeTexWhiteNoise", place, 1.0, noise_dimensions="4D")
@@ -102,8 +137,10 @@ def _normal(tree: Tree, place: Value) -> Value:
     return tree.vector(radius * tree.math("COSINE", angle), radius * tree.math("SINE", angle), 0.0)
 
 
-def _look_up(tree: Tree, image: bpy.types.Image, at: Value, *, label: str) -> tuple[Value, Value]:
-    """Colour and alpha of the nearest texel. Interpolated texels would have no meaning."""
-    settings = {"image": image, "interpolation": "Closest", "extension": "EXTEND"}
+def _look_up(
+    tree: Tree, image: bpy.types.Image, at: Value, *, label: str, interpolation: str = "Closest"
+) -> tuple[Value, Value]:
+    """Colour and alpha of the nearest texel: most texels have no meaning if they are interpolated."""
+    settings = {"image": image, "interpolation": interpolation, "extension": "EXTEND"}
     node = tree.node("ShaderNodeTexImage", at, label=label, **settings)
     return tree.value(node.outputs["Color"]), tree.value(node.outputs["Alpha"])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Forged or damaged JSON files for the verb `bake`: needs files and requests.
+"""Forged or damaged JSON files for the verb `bake`: needs files, requests with their matters, and presets.
 
 The files are only read, not baked: a forged value may still be a valid request, and a bake takes seconds."""
 
@@ -12,20 +12,25 @@ from pathlib import Path
 from precompute.bake.needs import EVERYTHING, read_needs
 from precompute.bake.request import BakeRequest, Scan
 from precompute.cli.bake_verb import read_request
+from precompute.presets.presets import FOLDER as PRESETS
+from precompute.presets.presets import read_preset
+from precompute.reflectance.matter_text import parse
 
 from .headers import with_lies
 from .mutations import mutated
 from .runner import Case, read_written
 
 _SCAN = Scan("sample:blazed")
+_MATTER = "plate 1.5, 6x(1.68+0.01i/80nm, gold/5nm), 1.56"
 
 
 def cases(count: int, seed: int, folder: Path) -> Iterator[Case]:
     """Yield `count` files of each kind."""
-    request = BakeRequest(delta_e=5.0, coherence_length_m=4e-6, scans=(_SCAN, _SCAN))
+    request = BakeRequest(delta_e=5.0, coherence_length_m=4e-6, matter=parse(_MATTER), scans=(_SCAN, _SCAN))
     kinds: dict[str, tuple[dict, Callable[[Path], object]]] = {
         "needs": ({**EVERYTHING.as_dict(), "measured": {"cameras": ["Camera"]}}, read_needs),
         "request": (request.as_dict(), read_request),
+        "preset": (json.loads((PRESETS / "cd.json").read_text()), lambda file: read_preset(file.stem, file.parent)),
     }
     for group, (record, read) in kinds.items():
         read_written(folder / f"{group}.json", json.dumps(record).encode(), read)
@@ -34,4 +39,4 @@ def cases(count: int, seed: int, folder: Path) -> Iterator[Case]:
             whole = json.dumps(record, indent=1).encode()
             what, data = mutated(draw, whole) if number % 3 == 2 else with_lies(draw, record)
             file = folder / f"{group}{number}.json"
-            yield Case(f"{group} {number}: {what}", group, partial(read_written, file, data, read), str(file))
+            yield Case(f"{group} {number}: {what}", group, partial(read_written, file, data, read), file.name)

@@ -57,6 +57,12 @@ def test_a_request_is_taken_and_given_back(waves, text, plate):
     assert waves.bake_request() == request
 
 
+def test_the_field_of_the_plate_ends_where_plates_do(waves):
+    plate = importlib.import_module(f"{EXTENSION}.precompute.optics.plate")
+    field = type(waves).bl_rna.properties["plate_ior"]
+    assert (field.hard_min, field.hard_max) == (plate.NO_PLATE, plate.PLATE_IOR_MAX)
+
+
 def test_the_plate_of_the_field_is_over_all_but_a_dielectric(waves):
     waves.plate_ior = 1.5
     assert waves.bake_request().matter == parse("dielectric")

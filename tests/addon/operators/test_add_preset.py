@@ -9,6 +9,7 @@ import bpy
 import pytest
 
 from devtools import EXTENSION
+from precompute.presets.preset_hologram import PATTERNS
 from precompute.presets.presets import INPUTS, preset_names, read_preset
 
 
@@ -28,6 +29,8 @@ def test_it_adds_a_grating_with_the_request_and_the_look_of_the_file(scene, name
     assert grating.look.base_roughness == pytest.approx(preset.base_roughness)
     assert grating.frame_kind == preset.direction.upper()
     assert grating.look.inputs_for(grating.name) == preset.inputs
+    hologram = grating.look.hologram_for(grating.name)
+    assert (hologram and hologram.as_dict()) == (preset.hologram and preset.hologram.as_dict())
     assert grating.summary and grating.quality
 
 
@@ -90,6 +93,13 @@ def test_the_inputs_of_presets_are_those_of_the_node(addon):
     assert set(INPUTS) == set(settable)
 
 
+def test_the_holograms_of_presets_are_those_of_the_add_on(addon):
+    own = addon.patterns.OWN_INPUTS
+    limits = {name: {each.name: (each.low, each.high) for each in sockets} for name, sockets in own.items()}
+    limits.pop(addon.patterns.PICTURE)
+    assert {name.upper(): inputs for name, inputs in PATTERNS.items()} == limits
+
+
 def test_undo_takes_it_back(scene):
     bpy.ops.ed.undo_push(message="before")
     bpy.ops.grating.add_preset(preset="record")
@@ -115,7 +125,11 @@ def test_its_material_has_the_base_and_the_inputs(addon, scene, tmp_path, monkey
     (node,) = addon.material.diffraction_nodes(material)
     for name, value in preset.inputs.items():
         assert node.inputs[name].default_value == pytest.approx(value)
-    assert node.inputs["Strength"].default_value == 1.0
+    pattern = addon.hologram_nodes.hologram_of(node)
+    assert addon.pattern_nodes.pattern_of(pattern.node_tree) == "DOT_MATRIX"
+    for name, value in preset.hologram.inputs.items():
+        assert pattern.inputs[name].default_value == pytest.approx(value)
+    assert pattern.inputs["Strength"].default_value == 1.0
 
 
 def test_damaged_inputs_are_one_line(scene, grating):
@@ -123,6 +137,9 @@ def test_damaged_inputs_are_one_line(scene, grating):
     with pytest.raises(RuntimeError, match="waves: inputs: Roughness: cannot be 7; give a number from 0 to 1") as told:
         bpy.ops.grating.new_material()
     assert len(str(told.value).strip().splitlines()) == 1
+    grating.look.inputs, grating.look.hologram = "", json.dumps({"pattern": "stars"})
+    with pytest.raises(RuntimeError, match="waves: hologram: pattern: cannot be 'stars'; give one of dot_matrix"):
+        bpy.ops.grating.new_material()
     grating.look.inputs = "{"
     with pytest.raises(RuntimeError, match="waves: its inputs: not JSON"):
         bpy.ops.grating.new_material()

@@ -15,6 +15,7 @@ GIVEN = {
     "bake_direction_map": {"size": 16},
     "comb": {"source": "X"},
     "direction": {"kind": "AXIS"},
+    "hologram": {"pattern": "DOT_MATRIX"},
     "import_height_map": {"filepath": "sample:flat"},
     "lights": {"lights": "LAMPS"},
     "unwrap": {"size": 16, "method": "MINIMUM_STRETCH"},

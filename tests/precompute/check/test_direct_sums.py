@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from precompute.check.direct_sums import PAD, draw_pairs, scattered_cells, scattered_xyz, zero_order_xyz
+from precompute.check.direct_sums import PAD, Held, draw_pairs, scattered_cells, scattered_xyz, zero_order_xyz
 from precompute.colour.observer import spectral_weights, wavelengths
 from precompute.optics.coherence import narrowest_averaging_kernel
 from precompute.optics.region import Region
@@ -117,7 +117,7 @@ def test_several_scans_are_their_mean():
 
 def test_pairs_lie_within_the_region():
     region, sigma_b = Region((0.1, 0.9), (-0.2, 0.3)), 0.05
-    pairs = draw_pairs([skin(True)], sigma_b, 1.1, count=400, region=region, rng=np.random.default_rng(0))
+    pairs = draw_pairs([skin(True)], Held(sigma_b, region), 1.1, count=400, rng=np.random.default_rng(0))
     assert (~pairs.drawn).sum() == 200 and pairs.drawn.sum() > 150
     assert (pairs.u >= 0.1).all() and (pairs.u <= 0.9).all() and (pairs.v >= -0.2).all() and (pairs.v <= 0.3).all()
     np.testing.assert_allclose(pairs.wi[:, 2] + pairs.wr[:, 2], 1.1, atol=1e-12)
@@ -128,7 +128,7 @@ def test_drawn_pairs_are_where_the_light_is():
     """At a grating of 560 nm only the first orders are above the horizon, at u = lam / period."""
     x = np.arange(64) / 64
     relief = prepare(HeightMap(60e-9 * np.sin(2 * np.pi * 8 * x)[None], (PIXEL, PIXEL), "test", periodic=True))
-    pairs = draw_pairs([relief], 0.01, 1.2, count=400, region=Region((-2, 2), (-2, 2)), rng=np.random.default_rng(0))
+    pairs = draw_pairs([relief], Held(0.01, Region()), 1.2, count=400, rng=np.random.default_rng(0))
     u, v = np.abs(pairs.u[pairs.drawn]), pairs.v[pairs.drawn]
     assert len(u) > 150
     assert (np.abs(v) < 0.05).all() and ((u > 0.63) & (u < 1.45)).all()

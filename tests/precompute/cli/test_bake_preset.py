@@ -23,7 +23,7 @@ def test_the_request_is_the_preset_s(name):
 
 def test_options_that_the_preset_leaves_free_count():
     found = request("--preset", "cd", "--delta-e", "3", "--coherence-um", "10", "--illuminant", "532nm")
-    assert (found.delta_e, found.illuminant, str(found.matter)) == (3.0, "532nm", "aluminium")
+    assert (found.delta_e, found.illuminant, str(found.matter)) == (3.0, "532nm", "plate 1.585, aluminium")
     assert found.coherence_length_m == 10 * 1e-6
 
 

@@ -9,6 +9,7 @@ import pytest
 from precompute.bake.bake_folder import bake_to_folder
 from precompute.bake.request import request_from
 from precompute.base.failure import GratingError
+from precompute.presets.preset_hologram import hologram_from
 from precompute.presets.presets import FOLDER, preset_names, read_preset
 from precompute.surface.generated.parameters import canonical
 from precompute.table.atlas_file import read_header
@@ -57,11 +58,24 @@ def test_a_file_in_the_folder_is_a_preset(tmp_path):
     assert preset_names(tmp_path) == ("foil",)
     assert preset.request.scans[0].source == "grating:binary?period_um=1&depth_nm=140&duty=0.5"
     assert (preset.base_color, preset.base_roughness, preset.direction) == ((0.1, 0.2, 0.3), 0.5, "stored")
-    assert str(preset.request.matter) == "gold" and not preset.inputs
+    assert str(preset.request.matter) == "gold" and not preset.inputs and preset.hologram is None
+
+
+def test_a_hologram_is_read_as_it_is_written(tmp_path):
+    record = {"pattern": "crystal", "inputs": {"Shards": 8.0, "Turn": 0.5}}
+    hologram = write(tmp_path, WORKING | {"hologram": record}).hologram
+    assert hologram.as_dict() == record and hologram_from(hologram.as_dict(), "foil") == hologram
+    assert write(tmp_path, WORKING | {"hologram": {"pattern": "sunburst"}}).hologram.inputs == {}
+    foils = {name: read_preset(name).hologram for name in ("security_hologram", "silver_foil", "gold_foil")}
+    assert [foil and foil.pattern for foil in foils.values()] == ["dot_matrix", "crystal", None]
 
 
 def scan(source):
     return WORKING | {"request": {"scans": [{"source": source}]}}
+
+
+def hologram(**record):
+    return WORKING | {"hologram": {"pattern": "crystal"} | record}
 
 
 FAULTS = [
@@ -84,6 +98,13 @@ FAULTS = [
     (WORKING | {"inputs": [1]}, "foil.json: inputs: cannot be [1]; give an object"),
     (WORKING | {"inputs": {"Gloss": 1}}, "foil.json: inputs: Gloss: no such input; there are"),
     (WORKING | {"inputs": {"Roughness": 2}}, "foil.json: inputs: Roughness: cannot be 2; give a number from 0 to 1"),
+    (WORKING | {"hologram": "crystal"}, "foil.json: hologram: cannot be 'crystal'; give an object with pattern"),
+    (hologram(pattern="stars"), "foil.json: hologram: pattern: cannot be 'stars'; give one of dot_matrix, sunburst"),
+    (hologram(pattern=["crystal"]), "foil.json: hologram: pattern: cannot be ['crystal']; give one of"),
+    (hologram(pattern="picture"), "foil.json: hologram: pattern: cannot be 'picture'; give one of"),
+    (hologram(size=3), "foil.json: hologram: size: no such key; there are pattern, inputs"),
+    (hologram(inputs={"Cells": 3}), "foil.json: hologram: inputs: Cells: no such input; there are Shards"),
+    (hologram(inputs={"Turn": 90}), "foil.json: hologram: inputs: Turn: cannot be 90; give a number from 0 to 1.57"),
     (WORKING | {"sources": []}, "foil.json: sources: names none; say where"),
     (WORKING | {"sources": [""]}, "foil.json: sources: cannot be ''; give lines"),
 ]

@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The fields of a grating that say what it is made of, and the text of `--matter` that they stand for."""
+
+from dataclasses import replace
+from typing import Protocol
+
+from ...precompute.base.failure import GratingError
+from ...precompute.reflectance.metals import METALS
+
+# The matter that the field Layers describes.
+LAYERS = "LAYERS"
+MATTERS = (
+    ("DIELECTRIC", "Dielectric", "Skin, horn, plastic, varnish or glass. Its IOR can be changed in the material"),
+    *((metal.upper(), metal.capitalize(), f"Polished {metal}") for metal in METALS),
+    (LAYERS, "Layers", "Thin films on a substrate, as in a beetle's shell or a coated foil"),
+    ("MIRROR", "Perfect Mirror", "Reflects all light"),
+)
+# The index of no plate, and the greatest index of a plate (precompute/optics/plate.py, which loads only when needed).
+PLATE_IORS = 1.0, 3.0
+# Digits of a plate's index. Single precision, in which Blender stores the field, has seven.
+_DIGITS = 6
+
+
+class Fields(Protocol):
+    """The part of a grating that says what it is made of."""
+
+    name: str
+    matter: str
+    layers: str
+    plate_ior: float
+
+
+def matter_text(grating: Fields) -> str:
+    """The matter in the form of `--matter`. Raises GratingError for layers that are not valid."""
+    from ...precompute.reflectance.matter_text import parse
+
+    if not grating.matter:  # a file of another version may hold no item of the menu
+        return ""
+    try:
+        matter = parse(grating.layers if grating.matter == LAYERS else grating.matter)
+    except GratingError as error:
+        raise error.within(f"{grating.name}: Layers") from error
+    # A text of layers may name its own plate.
+    with_plate = matter.baked and not matter.has_plate
+    return str(replace(matter, plate_ior=float(f"{grating.plate_ior:.{_DIGITS}g}")) if with_plate else matter)
+
+
+def take_matter(grating: Fields, text: str) -> None:
+    """Set the fields from a matter in the form of `--matter`."""
+    from ...precompute.reflectance.matter_text import parse
+
+    matter = parse(text)
+    grating.plate_ior, bare = matter.plate_ior, str(replace(matter, plate_ior=PLATE_IORS[0]))
+    if bare.upper() in (name for name, *_ in MATTERS if name != LAYERS):
+        grating.matter = bare.upper()
+    else:
+        grating.matter, grating.layers = LAYERS, bare
