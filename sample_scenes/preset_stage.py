@@ -31,7 +31,7 @@ NAME = "Preset"
 # Azimuth and elevation of the suns: one behind the object and one before it. The sheet leans back, so its second sun
 # stands beside the camera.
 BEFORE, BEHIND, BESIDE = (-135.0, 42.0), (70.0, 52.0), (-40.0, 50.0)
-SUNS = {shape: (BEFORE, BEHIND) for shape in ("ball", "disc", "record")} | {"sheet": (BEFORE, BESIDE)}
+SUNS = {"ball": (BEFORE, BEHIND), "disc": (BEFORE, BEHIND), "record": (BEFORE, BEHIND), "sheet": (BEFORE, BESIDE)}
 SUN_STRENGTH, SUN_ANGLE_DEG = 2.0, 1.0
 # Azimuth, elevation and power in watts of the soft boxes: key, fill, and one behind the object. They are lamps and few,
 # because a software rasteriser compiles EEVEE's shader for minutes if a world has eight sources.
@@ -48,15 +48,16 @@ SHEET_TILT_DEG, SHEET_CELLS = 48.0, 96
 
 @dataclass(frozen=True)
 class View:
-    """Where the camera stands, and the height of the point that it looks at."""
+    """Where the camera stands, the height of the point that it looks at, and the exposure in the studio in stops."""
 
     camera: Towards
     target_m: float
+    studio_stops: float = 0.0
 
 
 VIEWS = {
     "ball": View(Towards(-90.0, 24.0, 0.5), BALL_RADIUS_M),
-    "disc": View(Towards(-90.0, 40.0, 0.56), 0.014),
+    "disc": View(Towards(-90.0, 40.0, 0.56), 0.014, -1.0),
     "record": View(Towards(-90.0, 40.0, 0.56), 0.014),
     "sheet": View(Towards(-90.0, 30.0, 0.52), 0.042),
 }
@@ -116,6 +117,8 @@ def build(scene: bpy.types.Scene, shape: str, light: str) -> None:
     wrap_in_dusk(scene, DUSK[light])
     add_camera(scene, VIEWS[shape].camera, target, LENS_MM)
     settings(scene)
+    if light == "studio":
+        scene.view_settings.exposure = VIEWS[shape].studio_stops
 
 
 def main(argv: list[str]) -> None:
