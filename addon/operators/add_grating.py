@@ -23,6 +23,10 @@ _KINDS = (
 
 
 @guarded
+def _kind_chosen(operator, context):
+    _take_defaults(operator)
+
+
 def _take_defaults(operator, kept=()):
     """Fill the fields, except those that are `kept`, with the defaults of the chosen kind."""
     for name, value in _kind_of(operator).defaults.items():
@@ -46,7 +50,7 @@ class AddGrating(bpy.types.Operator):
     # SKIP_SAVE: the dialog begins with the defaults of its kind.
     kind: EnumProperty(
         name="Kind", description="Shape of the surface. Choosing a kind sets its other fields to their defaults",
-        items=_KINDS, default="BLAZED", update=lambda operator, _: _take_defaults(operator), options={"SKIP_SAVE"},
+        items=_KINDS, default="BLAZED", update=_kind_chosen, options={"SKIP_SAVE"},
     )  # fmt: skip
     period_um: FloatProperty(
         name="Period (um)", description="Distance of neighbouring lines, in micrometres",

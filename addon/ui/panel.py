@@ -156,11 +156,12 @@ def _draw_bake(layout, context, grating, *, facts: GratingFacts) -> None:
     settings = layout.column(align=True)
     settings.prop(grating, "delta_e")
     settings.prop(grating, "coherence_um", text="Coherence (um)" if grating.coherence_um else "Coherence (auto)")
-    settings.prop(grating, "matter")
+    row = settings.row(align=True)
+    row.prop(grating, "matter")
+    if grating.matter != "DIELECTRIC":
+        row.prop(grating, "plate_ior", text="Plate")
     if grating.matter == LAYERS:
         settings.prop(grating, "layers", text="")
-    if grating.matter != "DIELECTRIC":
-        settings.prop(grating, "plate_ior")
     if (job := running_bake()) is not None:
         stage, fraction = job.progress()
         layout.progress(factor=fraction, text=f"{stage} (Esc cancels)")
@@ -223,8 +224,9 @@ def _draw_material(layout, grating, facts: GratingFacts) -> None:
     row = layout.row()
     row.label(text="Hologram")
     row.operator_menu_enum(AddHologram.bl_idname, "pattern", text=facts.hologram, icon="MESH_GRID")
-    layout.prop(grating, "footprint")
-    layout.prop(grating, "shadows")
+    row = layout.row()
+    row.prop(grating, "footprint")
+    row.prop(grating, "shadows")
     layout.operator(AddDiffractionLamp.bl_idname, text="Add Diffraction Lamp", icon="LIGHT_AREA")
 
 

@@ -40,11 +40,21 @@ def test_sources_without_room_are_the_closures(stage, skin, monkeypatch):
     made.refill(group, made.responses_in(group))
     assert group["ng_sources_read"] == group["ng_sources"] - 1
     fewer = stage.rgb("cycles", 48, 96)[9:-9, 9:-9]
+    # The same samples as where the world has this source no more: only single precision differs.
+    monkeypatch.undo()
+    for what in ("place", "power"):
+        del stage.scene[f"ng_world_{group['ng_sources'] - 1}_{what}"]
+    stage.scene.update_tag()
+    made.refill(group, made.responses_in(group))
+    assert group["ng_sources_read"] == group["ng_sources"]
+    dropped = stage.rgb("cycles", 48, 96)[9:-9, 9:-9]
+    np.testing.assert_allclose(fewer, dropped, rtol=1e-3, atol=1e-4 * fewer.max())
     stage.addon.sky.forget_sources(stage.scene)
     none = stage.rgb("cycles", 48, 96)[9:-9, 9:-9]
     assert np.abs(fewer - none).max() > 0.05 * none.max()
-    # As in test_every_light.py: by noise, and by the light that a Gaussian instead of a disc sends below the horizon.
-    np.testing.assert_allclose(fewer.mean(axis=(0, 1)), none.mean(axis=(0, 1)), rtol=0.015)
+    # The other source is a Gaussian instead of a disc, and sends light below the horizon: 1.2, 1.4 and 2.1 % of red,
+    # green and blue, as a mean over 1600 samples a pixel. The noise of 96 is 0.5 %.
+    np.testing.assert_allclose(fewer.mean(axis=(0, 1)), none.mean(axis=(0, 1)), rtol=0.03)
 
 
 def test_eevee_shows_as_many_sources_as_it_has_room_for(stage):

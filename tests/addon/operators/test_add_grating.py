@@ -149,3 +149,16 @@ def test_the_menu_s_tooltip_needs_no_file():
     description = bpy.types.GRATING_OT_import_height_map.description
     told = [description(bpy.context, SimpleNamespace(filepath=each)) for each in ("sample:cd", "grating:pits")]
     assert all("needs no file" in each for each in told)
+
+
+def test_the_dialog_begins_with_the_kind_s_defaults_except_what_its_caller_set(scene):
+    """Blender shows no dialog in background, so the operator's invoke() is called with a stand-in for its window."""
+    module = importlib.import_module(f"{EXTENSION}.addon.operators.add_grating")
+    shown = []
+    window_manager = SimpleNamespace(invoke_props_dialog=lambda operator, width: shown.append(operator) or {"RUNNING"})
+    fields = SimpleNamespace(kind="PITS", period_um=1.5)
+    fields.properties = SimpleNamespace(is_property_set=lambda name: name == "period_um")
+    module.AddGrating.invoke(fields, SimpleNamespace(window_manager=window_manager), None)
+    assert shown == [fields]
+    defaults = KINDS["pits"].defaults
+    assert fields.period_um == 1.5 and fields.depth_nm == defaults["depth_nm"] and fields.duty == defaults["duty"]
