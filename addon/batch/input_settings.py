@@ -9,8 +9,8 @@ from ..nodes.interface import Socket
 
 
 def setting(text: str, inputs: Mapping[str, Socket]) -> tuple[str, float]:
-    """Parse NAME=VALUE, angles in degrees. Raises GratingError if there is no such input, or if the value is no number
-    in its range."""
+    """Parse NAME=VALUE, angles in degrees. Raises GratingError for an unknown input and for a value outside its
+    range."""
     name, _, given = text.partition("=")
     socket = inputs.get(name)
     if socket is None:

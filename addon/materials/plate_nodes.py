@@ -15,7 +15,7 @@ _FACE_ROUGHNESS = 0.02
 
 @dataclass(frozen=True)
 class Plate:
-    """A plate of an index of refraction. With the index 1 there is none, and no node is added."""
+    """A plate with an index of refraction. The index 1 stands for no plate, which adds no nodes."""
 
     ior: float
 

@@ -170,7 +170,7 @@ def note_plate(response: Response, ior: float) -> None:
 
 
 def plate_of(response: Response) -> Plate:
-    """The plate over a response's relief; of index 1 if there is none."""
+    """The plate over a response's relief. Its index is 1 if the relief has no plate."""
     return Plate(stored.number(response.group, _PLATE, NO_PLATE, low=NO_PLATE, high=PLATE_IOR_MAX))
 
 

@@ -27,7 +27,6 @@ from precompute.cli.option_types import count
 from precompute.cli.parser import OneLineParser
 from precompute.colour.observer import white_xyz
 from precompute.measure.errors import worst_exposure
-from precompute.optics.coherence import coherence_length
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.table import atlas_file
 from precompute.table.radiance import reflected_xyz
@@ -151,7 +150,7 @@ class Scene:
         close that a lamp's disc is read with the right width."""
         folder = self.pictures / f"{self.name}_exact"
         surface = read_height_map(f"sample:{SCENES[self.name][0]}")
-        request = BakeRequest(delta_e=_EXACT, coherence_length_m=coherence_length(self.table()[0].sigma_b))
+        request = BakeRequest(delta_e=_EXACT, coherence_length_m=self.table()[0].coherence_length_m)
         facts = bake_to_folder([surface], request, folder, progress=lambda *_: None)
         table = replace(atlas_file.read(Path(facts["files"][0]))[0], wider=())
         cell = cell_for(len(table.terms), table.inner, table.sigma_b, ratios=(_EXACT_RATIO,))

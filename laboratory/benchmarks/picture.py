@@ -32,7 +32,6 @@ from precompute.cli.option_types import count, number
 from precompute.cli.parser import OneLineParser
 from precompute.colour.working_space import rgb_from_xyz
 from precompute.methods import dft_images
-from precompute.optics.coherence import coherence_length
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import prepare
 from precompute.surface.unit_cell import grating_period
@@ -116,7 +115,7 @@ class Stage:
         self.bakes: dict[tuple, Path] = {}
         # A smaller error limits a table to a shorter coherence: all bakes use that of the smallest error.
         self.coherence_length_m: float | None = None
-        self.coherence_length_m = coherence_length(atlas_file.read(self.bake(_EXACT))[0].sigma_b)
+        self.coherence_length_m = atlas_file.read(self.bake(_EXACT))[0].coherence_length_m
 
     def methods(self) -> list[Method]:
         """Every method, the cheapest first."""

@@ -33,11 +33,6 @@ class Region(NamedTuple):
         disc = u**2 + v**2 <= FARTHEST**2
         return float((self.contains(u, v) & disc).sum() / disc.sum())
 
-    @property
-    def is_whole(self) -> bool:
-        """Whether the region contains every pair of directions, up to rounding."""
-        return all(low <= 1e-9 - FARTHEST and high >= FARTHEST - 1e-9 for low, high in self)
-
     def contains(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Whether each of the points u, v (...,) lies in the region or on its rim."""
         return (u >= self.u[0]) & (u <= self.u[1]) & (v >= self.v[0]) & (v <= self.v[1])

@@ -14,7 +14,7 @@ def load_picture(path: str) -> bpy.types.Image:
     read other pictures at a reduced size, and the cells would have edges of wrong colours.
 
     Its values stay those of the file, so that a hue is the one that a paint program shows. Raises GratingError, with
-    nothing loaded, if there is no such picture."""
+    nothing loaded, if the file is missing or is no picture."""
     if not path:
         raise GratingError("", "From Picture needs a picture", "choose a file, such as a .png")
     file = Path(bpy.path.abspath(path))

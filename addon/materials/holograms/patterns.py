@@ -69,7 +69,7 @@ SATURATED_PERIOD = Socket(
     "Above 1, light with |u| above 2 / factor is missing", 1.0, 0.25, 4.0,
 )  # fmt: skip
 
-# The inputs of each pattern that an artist sets by a number, besides those of every pattern.
+# The numbers that an artist sets on each pattern.
 OWN_INPUTS: dict[str, tuple[Socket, ...]] = {
     DOT_MATRIX: (CELLS, TURN, SPREAD, SEED),
     SUNBURST: (TWIST, SECTORS, SPREAD, CENTER_X, CENTER_Y, SEED),
