@@ -100,7 +100,7 @@ def _of_active(scene: bpy.types.Scene) -> tuple[list[bpy.types.Object], list[bpy
 
 
 def _with_uv_map(meshes: list[bpy.types.Object], uv_map: str) -> list[bpy.types.Object]:
-    """The meshes that have the UV map that a pattern follows. Raises GratingError if there is none."""
+    """The meshes with the UV map that a pattern follows. Raises GratingError if no mesh has it."""
     for mesh in meshes:
         check_not_edited(mesh)
     mapped = [m for m in meshes if (uv_map in m.data.uv_layers if uv_map else len(m.data.uv_layers) > 0)]

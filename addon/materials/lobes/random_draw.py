@@ -140,7 +140,7 @@ def _normal(tree: Tree, place: Value) -> Value:
 def _look_up(
     tree: Tree, image: bpy.types.Image, at: Value, *, label: str, interpolation: str = "Closest"
 ) -> tuple[Value, Value]:
-    """Colour and alpha of the nearest texel: most texels have no meaning if they are interpolated."""
+    """Colour and alpha at a place. By default those of the nearest texel: most texels have no meaning in between."""
     settings = {"image": image, "interpolation": interpolation, "extension": "EXTEND"}
     node = tree.node("ShaderNodeTexImage", at, label=label, **settings)
     return tree.value(node.outputs["Color"]), tree.value(node.outputs["Alpha"])
