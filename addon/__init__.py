@@ -34,6 +34,7 @@ from .operators import (
     show_direction,
     unwrap_meshes,
     vary_grating,
+    why_black,
 )
 from .ui import direction_panel, facts, panel, steps_panel
 from .workflow import handlers, previewing_levelling
@@ -75,6 +76,8 @@ CLASSES = (
     show_direction.ShowDirection,
     unwrap_meshes.Unwrap,
     bake_direction_map.BakeDirectionMap,
+    why_black.WhyBlack,
+    why_black.MendCause,
     panel.PresetMenu,
     panel.SampleMenu,
     panel.GratingList,

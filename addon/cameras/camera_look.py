@@ -40,20 +40,20 @@ class Look:
         if response not in responses_in(places.node.node_tree):
             return joined([])
         middle = places.rays < self.count
-        skin = _skin_of(places.node)
-        wr = _in_frames(places, places.to_view)
+        skin = skin_of(places.node)
+        wr = in_frames(places, places.to_view)
         turn = variation_of(places.node.node_tree).turn
         angles = np.linspace(-turn, turn, _TURNS) if turn else (0.0,)
         if answers_to_everything(places.node.node_tree):
-            return joined([under_everything(_turned(wr[middle], angle), skin=skin) for angle in angles])
+            return joined([under_everything(turned(wr[middle], angle), skin=skin) for angle in angles])
         parts = []
         for sent in lamps_sent(self.scene, places.thing, places.points):
-            wi = _in_frames(places, sent.direction)
+            wi = in_frames(places, sent.direction)
             footprint = self._footprint(places, (wi + wr)[:, :2])
             for angle in angles:
                 parts.append(
                     under_lamp(
-                        _turned(wr[middle], angle), _turned(wi[middle], angle), irradiance=sent.irradiance[middle],
+                        turned(wr[middle], angle), turned(wi[middle], angle), irradiance=sent.irradiance[middle],
                         variance=sent.variance[middle], skin=skin, footprint=footprint[middle],
                     )
                 )  # fmt: skip
@@ -75,9 +75,21 @@ class Look:
 def look(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, *, rays: int, footprints: bool = False) -> Look | None:
     """Cast about `rays` rays through the evaluated scene's camera, towards meshes with gratings. None without a
     camera."""
+    pixels = camera_pixels(scene, depsgraph)
+    return None if pixels is None else look_through(pixels, scene, depsgraph, rays=rays, footprints=footprints)
+
+
+def camera_pixels(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Pixels | None:
+    """The pixels of the scene's camera, or None."""
     if scene.camera is None or scene.camera.type != "CAMERA":  # Blender accepts any object as the scene's camera
         return None
-    pixels = Pixels(scene, scene.camera.evaluated_get(depsgraph))
+    return Pixels(scene, scene.camera.evaluated_get(depsgraph))
+
+
+def look_through(
+    pixels: Pixels, scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, *, rays: int, footprints: bool = False
+) -> Look:
+    """Cast about `rays` rays through pixels, towards meshes with gratings."""
     window = pixels.window_of(boxes_with_gratings(depsgraph))
     if window is None:
         return Look(scene, [], 0)
@@ -99,16 +111,16 @@ def unknown_inputs(node: bpy.types.Node) -> list[str]:
     return linked_among(node, _LINKABLE)
 
 
-def _skin_of(node: bpy.types.Node) -> Skin:
+def skin_of(node: bpy.types.Node) -> Skin:
     return Skin(*(number_in(node, socket.name) for socket in (ROUGHNESS, PERIOD_SCALE, HEIGHT_SCALE, IOR)))
 
 
-def _in_frames(places: Places, directions: np.ndarray) -> np.ndarray:
+def in_frames(places: Places, directions: np.ndarray) -> np.ndarray:
     """World-space directions (n, 3), expressed in the places' tangent frames (T, B, N)."""
     return np.einsum("nij,nj->ni", places.frames, directions)
 
 
-def _turned(directions: np.ndarray, angle: float) -> np.ndarray:
+def turned(directions: np.ndarray, angle: float) -> np.ndarray:
     """Directions (n, 3) in tangent frames that are rotated by `angle` (radians) from T towards B."""
     x, y, z = directions.T
     return np.stack([np.cos(angle) * x + np.sin(angle) * y, np.cos(angle) * y - np.sin(angle) * x, z], axis=1)

@@ -62,6 +62,17 @@ class Pixels:
         at = np.stack([x.ravel(), y.ravel()], axis=1) * self.size
         return (np.floor(np.minimum(at, np.array(self.size) - 0.5)) + 0.5) / self.size
 
+    def in_frame(self, points: np.ndarray) -> np.ndarray:
+        """Whether points (n, 3) in world space are in the picture, (n,), covered or not."""
+        own = (points - self._origin) @ self._axes
+        if self._kind == "PANO":
+            return np.ones(len(points), bool)
+        ahead = own[:, 2] < 0
+        if self._kind == "PERSP":
+            own = own * (self._corner[2] / np.where(ahead, own[:, 2], -np.inf))[:, None]
+        at = (own - self._corner)[:, :2] / self._span[:2]
+        return ahead & ((at >= 0) & (at <= 1)).all(axis=1)
+
     def window_of(self, boxes: Iterable[tuple[np.ndarray, Matrix]]) -> Window | None:
         """The part of the picture that contains the given boxes, each as corners (8, 3) in object space and a matrix.
         None if none is in the picture; the whole picture for a panorama, or if a corner is behind a perspective

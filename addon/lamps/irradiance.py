@@ -10,6 +10,7 @@ from ..blender import stored
 from .follow import lamp_count
 from .lamp_properties import PROPERTIES, property_name
 from .light_linking import is_unlinked
+from .sky import source_count, source_name
 from .strength import LUMINANCE
 
 
@@ -37,6 +38,18 @@ def lamps_sent(scene: bpy.types.Scene, thing: bpy.types.Object, places: np.ndarr
         packed = np.array(held)
         if (packed[1, :3] > 0).any() and not is_unlinked(thing, index):
             found.append(_from_lamp(packed, places))
+    return found
+
+
+def sources_sent(scene: bpy.types.Scene, places: np.ndarray) -> list[Sent]:
+    """The light from each stored source of the scene's world at points (n, 3), in world space."""
+    found = []
+    for index in range(source_count(scene)):
+        place, power = (stored.numbers(scene, source_name(index, what), 4) for what in ("place", "power"))
+        if place is not None and power is not None:
+            direction = np.broadcast_to(place[:3], places.shape)
+            light = max(float(np.dot(power[:3], LUMINANCE)), 0.0)
+            found.append(Sent(direction, np.full(len(places), light), np.full(len(places), max(-1.0 - place[3], 0.0))))
     return found
 
 

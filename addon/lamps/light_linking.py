@@ -19,7 +19,7 @@ def mark_unlinked(scene: bpy.types.Scene, lamps: list[bpy.types.Object]) -> None
         present = [name for name in names if name in thing]
         wanted = []
         if thing.type != "LIGHT":
-            wanted = [names[i] for i, listed in enumerate(receivers) if listed and not _receives(listed, thing)]
+            wanted = [names[i] for i, listed in enumerate(receivers) if listed and not receives(listed, thing)]
         if present != wanted:
             for name in set(present) - set(wanted):
                 del thing[name]
@@ -44,7 +44,7 @@ def is_unlinked(thing: bpy.types.Object, index: int) -> bool:
     return property_name(index, _UNLINKED) in thing
 
 
-def _receives(receivers: bpy.types.Collection, mesh: bpy.types.Object) -> bool:
+def receives(receivers: bpy.types.Collection, mesh: bpy.types.Object) -> bool:
     """Whether a lamp with this list of receivers lights the object. Entries of the list include or exclude objects."""
     states = {}
     for item, entry in zip(receivers.objects, receivers.collection_objects, strict=True):

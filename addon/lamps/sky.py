@@ -33,15 +33,15 @@ def hold_sources(scene: bpy.types.Scene, sources: Sequence[Source], *, fingerpri
     """Store a fit with at most SOURCES_MAX sources."""
     forget_sources(scene)
     for index, source in enumerate(sources[:SOURCES_MAX]):
-        scene[_name(index, "place")] = [*map(float, source.direction), -1.0 - float(source.variance)]
-        scene[_name(index, "power")] = [*map(float, source.irradiance), 1.0]
+        scene[source_name(index, "place")] = [*map(float, source.direction), -1.0 - float(source.variance)]
+        scene[source_name(index, "power")] = [*map(float, source.irradiance), 1.0]
     scene[_FINGERPRINT], scene[_MISSED] = fingerprint, float(missed)
     scene.update_tag()
 
 
 def forget_sources(scene: bpy.types.Scene) -> bool:
     """Remove all stored sources. Return whether there were any."""
-    names = [_name(index, what) for index in range(SOURCES_MAX) for what in ("place", "power")]
+    names = [source_name(index, what) for index in range(SOURCES_MAX) for what in ("place", "power")]
     present = [name for name in (*names, _FINGERPRINT, _MISSED) if name in scene]
     for name in present:
         del scene[name]
@@ -52,7 +52,7 @@ def forget_sources(scene: bpy.types.Scene) -> bool:
 
 def source_count(scene: bpy.types.Scene) -> int:
     """The number of sources that the scene stores."""
-    return sum(_name(index, "place") in scene for index in range(SOURCES_MAX))
+    return sum(source_name(index, "place") in scene for index in range(SOURCES_MAX))
 
 
 def fitted_world(scene: bpy.types.Scene) -> str:
@@ -62,8 +62,8 @@ def fitted_world(scene: bpy.types.Scene) -> str:
 
 def _is_whole(scene: bpy.types.Scene) -> bool:
     """Whether the properties of all sources are complete."""
-    noted = [[_name(index, what) in scene for what in ("place", "power")] for index in range(SOURCES_MAX)]
-    names = [_name(index, what) for index in range(sum(map(any, noted))) for what in ("place", "power")]
+    noted = [[source_name(index, what) in scene for what in ("place", "power")] for index in range(SOURCES_MAX)]
+    names = [source_name(index, what) for index in range(sum(map(any, noted))) for what in ("place", "power")]
     return all(stored.numbers(scene, name, 4) is not None for name in names)
 
 
@@ -74,9 +74,12 @@ def missed_share(scene: bpy.types.Scene) -> float:
 
 def source_light(tree: Tree, index: int) -> Light:
     """Add nodes that read the world's source `index`. All values are 0 if it does not exist."""
-    (direction, disc), (irradiance, shadow) = (read_property(tree, _name(index, what)) for what in ("place", "power"))
+    (direction, disc), (irradiance, shadow) = (
+        read_property(tree, source_name(index, what)) for what in ("place", "power")
+    )
     return Light(direction, irradiance, tree.maximum(-1.0 - disc, 0.0), FAR, shadow)
 
 
-def _name(index: int, what: str) -> str:
+def source_name(index: int, what: str) -> str:
+    """The name of a source's property. Saved .blend files contain these names, so they must not change."""
     return f"ng_world_{index}_{what}"

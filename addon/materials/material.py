@@ -140,6 +140,13 @@ def diffraction_nodes(material: bpy.types.Material | None) -> list[bpy.types.Nod
     return [] if material is None else list(_diffraction_nodes(material.node_tree))
 
 
+def shows_diffraction(material: bpy.types.Material, *, in_cycles: bool) -> bool:
+    """Whether a material's output for Cycles or for EEVEE shows Diffraction nodes, none of which is muted."""
+    output = material.node_tree.get_output_node("CYCLES" if in_cycles else "EEVEE")
+    muted = any(node.mute for node in diffraction_nodes(material))
+    return output is not None and not muted and _shows_diffraction(output)
+
+
 def number_in(node: bpy.types.Node, name: str) -> float:
     """The number set at an input of a Diffraction node; the default if the input was deleted or holds no number."""
     value = getattr(node.inputs.get(name), "default_value", None)

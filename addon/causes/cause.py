@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A cause of missing colours, and the button that removes it."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import bpy
+
+# The largest number of names in a sentence.
+_NAMES_MAX = 3
+_WARNINGS = {"DIRECTION_MAP", "CROWDED", "SAMPLES", "VIEW_TRANSFORM"}
+
+
+@dataclass(frozen=True)
+class Button:
+    """An operator that removes a cause.
+
+    operator    its identifier
+    text        what it does, in a few words
+    properties  values of its properties
+    follows     whether it must start in the foreground, because it then works in the background"""
+
+    operator: str
+    text: str
+    properties: Mapping[str, Any] = field(default_factory=dict)
+    follows: bool = False
+
+
+@dataclass(frozen=True)
+class Cause:
+    """A cause of missing colours: its kind, a sentence for the artist, and a button if one can help."""
+
+    kind: str
+    sentence: str
+    button: Button | None = None
+
+    @property
+    def is_warning(self) -> bool:
+        """Whether it leaves colours in the picture."""
+        return self.kind in _WARNINGS
+
+
+def mend(action: str, text: str) -> Button:
+    """The button that does an action of workflow/mending_causes.py."""
+    return Button("grating.mend_cause", text, {"action": action})
+
+
+def light_button() -> Button:
+    """The button that lights the grating so that its colours reach the camera."""
+    if hasattr(bpy.types, "GRATING_OT_light_rig"):
+        return Button("grating.light_rig", "Place a Light Rig", {"kind": "SUN"})
+    return Button("grating.add_sun", "Add a Sun")
+
+
+def listed(things: Iterable[bpy.types.ID]) -> str:
+    """The names of data-blocks: "Sun, Lamp and 3 more"."""
+    names = [thing.name for thing in things]
+    if len(names) > _NAMES_MAX:
+        names = [*names[: _NAMES_MAX - 1], f"{len(names) - _NAMES_MAX + 1} more"]
+    return " and ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Finding out why an artist sees no diffraction colours."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+
+from ..blender.window import has_window
+from ..cameras.view_rays import ViewPixels
+from ..causes.bake_causes import before_assigning, lost_parts, unlinked
+from ..causes.cause import Cause, listed
+from ..causes.direction_causes import lacking_direction
+from ..causes.display_causes import dark_exposure, few_samples, greying_transform, hidden_objects, unshaded_view
+from ..causes.lamp_causes import dark_lamps
+from ..causes.material_causes import hiding_inputs, unsuited_period
+from ..causes.seen_causes import Seen, badly_lit, outside_bake, seen, shaded, unseen
+from ..causes.subject import Subject, subject_of
+
+
+@dataclass(frozen=True)
+class Findings:
+    """The causes of missing colours, the most decisive first, then warnings; and a sentence about the whole."""
+
+    causes: list[Cause]
+    summary: str
+
+    @property
+    def is_well(self) -> bool:
+        """Whether nothing hides the colours: there are only warnings, or nothing at all."""
+        return all(cause.is_warning for cause in self.causes)
+
+
+def find_causes(context: bpy.types.Context) -> list[Cause]:
+    """Why the active grating shows no colours in the context's scene: causes, the most decisive first, then warnings.
+    It looks through the scene's camera or, without one, through the 3D view. Nothing is changed."""
+    return findings(context).causes
+
+
+def findings(context: bpy.types.Context) -> Findings:
+    """The causes, and a sentence that names the first, or says that nothing hides the colours."""
+    subject = subject_of(context.scene, context.view_layer)
+    if subject is None:
+        first = before_assigning(context.scene)
+        return Findings([first], first.sentence)
+    depsgraph = context.evaluated_depsgraph_get()
+    look = seen(subject, depsgraph, _view_pixels(context))
+    causes = sorted(_causes(context, subject, look), key=lambda cause: cause.is_warning)
+    if causes and not causes[0].is_warning:
+        return Findings(causes, causes[0].sentence)
+    return Findings(causes, _nothing_wrong(subject, look))
+
+
+def _causes(context: bpy.types.Context, subject: Subject, look: Seen | None) -> Iterator[Cause]:
+    scene, depsgraph = subject.scene, context.evaluated_depsgraph_get()
+    yield from lost_parts(subject)
+    yield from unlinked(subject)
+    yield from hidden_objects(subject)
+    yield from unshaded_view(views_of(context))
+    yield from hiding_inputs(subject)
+    yield from unsuited_period(subject)
+    yield from lacking_direction(subject, depsgraph)
+    yield from dark_exposure(scene)
+    yield from dark_lamps(subject)
+    if look is not None:
+        yield from _seen_causes(subject, look, depsgraph)
+    yield from few_samples(subject)
+    yield from greying_transform(scene)
+
+
+def _seen_causes(subject: Subject, look: Seen, depsgraph: bpy.types.Depsgraph) -> Iterator[Cause]:
+    """The causes in a look: none of them explains more than the one before it."""
+    for found in (
+        unseen(subject, look), outside_bake(subject, look), badly_lit(subject, look), shaded(subject, look, depsgraph)
+    ):  # fmt: skip
+        first = next(found, None)
+        if first is not None:
+            yield first
+            return
+
+
+def _nothing_wrong(subject: Subject, look: Seen | None) -> str:
+    """The sentence if nothing hides the colours."""
+    if look is None or look.light is None:
+        return f"Nothing is wrong with {subject.grating.name}, as far as can be told."
+    share = f"{look.light.coloured_share:.0%} of what {look.by} sees of {listed(look.things)}"
+    return f"Nothing is wrong: lamps show diffraction colours on {share}."
+
+
+def views_of(context: bpy.types.Context) -> list[bpy.types.SpaceView3D]:
+    """The 3D views on the context's screen, the one of the context first. None in background, where no one sees
+    them."""
+    if not has_window() or context.screen is None:
+        return []
+    views: list[Any] = [area.spaces.active for area in context.screen.areas if area.type == "VIEW_3D"]
+    return sorted(views, key=lambda view: view != context.space_data)
+
+
+def _view_pixels(context: bpy.types.Context) -> ViewPixels | None:
+    """The pixels of the largest 3D view on the context's screen, or None."""
+    areas = [area for area in context.screen.areas if area.type == "VIEW_3D"] if views_of(context) else []
+    if not areas:
+        return None
+    area = max(areas, key=lambda each: each.width * each.height)
+    view: Any = area.spaces.active
+    region = next(each for each in area.regions if each.type == "WINDOW")
+    return ViewPixels(view.region_3d, (max(region.width, 1), max(region.height, 1)))

@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Why Is It Black?: causes in what the camera or the 3D view sees, and in what lights it."""
+
+import math
+
+import bpy
+import pytest
+
+from tests.addon.cameras.test_view_rays import view_like
+from tests.addon.colourful import colourful, found, kinds, press, sun  # noqa: F401  a fixture
+from tests.addon.conftest import add_camera, select
+
+
+def cover(thing):
+    """A wall between the plane and the sun, 5 m away, that leaves the camera's view free."""
+    bpy.ops.mesh.primitive_plane_add(size=4, location=(4.3, 0, 2.5), rotation=(0, math.radians(60), 0))
+    bpy.context.object.name = "Wall"
+    bpy.context.view_layer.objects.active = thing
+
+
+@pytest.mark.skipif(bpy.app.version < (5, 1, 0), reason="no shadows on diffraction")
+def test_a_shadow_names_the_object_that_casts_it(addon, colourful):  # noqa: F811
+    cover(colourful)
+    (cause,) = found(addon)
+    assert cause.kind == "SHADED" and "Wall" in cause.sentence
+    assert press(cause.button) == {"FINISHED"}
+    assert kinds(addon) == []
+
+
+@pytest.mark.parametrize(
+    ("degrees", "kind", "told"),
+    [
+        (0, "NO_ORDER", "too near to its mirror image; move it further to the side"),
+        (20, "NO_ORDER", "too near to its mirror image"),  # 0.34 x 500 = 171 nm, which is ultraviolet
+        (120, "BEHIND", "No light of Sun reaches the side of Plane that the camera sees"),
+    ],
+)
+def test_a_lamp_in_the_wrong_place(addon, colourful, degrees, kind, told):  # noqa: F811
+    sun().rotation_euler = (0, math.radians(degrees), 0)
+    (cause,) = found(addon)
+    assert cause.kind == kind and told in cause.sentence
+    assert cause.button == addon.cause.light_button()
+
+
+def test_a_lamp_along_the_grooves(addon, colourful):  # noqa: F811
+    sun().rotation_euler = (math.radians(60), 0, 0)
+    (cause,) = found(addon)
+    assert cause.kind == "NO_ORDER" and "along the grooves" in cause.sentence
+
+
+def test_a_light_rig_is_offered_where_there_is_one(addon, monkeypatch):
+    monkeypatch.setattr(bpy.types, "GRATING_OT_light_rig", object, raising=False)
+    button = addon.cause.light_button()
+    assert (button.operator, button.properties) == ("grating.light_rig", {"kind": "SUN"})
+
+
+def test_a_bake_for_another_scene(addon, scene, scan, colourful):  # noqa: F811
+    bpy.ops.grating.import_height_map(filepath=str(scan), size_um=4, height_nm=100)
+    assert bpy.ops.grating.bake() == {"FINISHED"}
+    bpy.ops.grating.lights(lights="LAMPS")
+    select(colourful)
+    bpy.ops.grating.assign()
+    assert bpy.ops.grating.needs() == {"FINISHED"}
+    assert kinds(addon) == []
+    sun().rotation_euler = (0, math.radians(-62), 0)
+    first = found(addon)[0]
+    assert first.kind == "OUTSIDE" and "of the light that the camera sees on Plane is black" in first.sentence
+    assert press(first.button) == {"FINISHED"}
+    assert kinds(addon) == []
+
+
+def test_an_even_world_shows_no_colours_and_a_shining_object_may(addon, scene, colourful):  # noqa: F811
+    bpy.ops.grating.lights(lights="REST")
+    bpy.data.objects.remove(sun())
+    scene.world = bpy.data.worlds.new("Grey")
+    first = found(addon)[0]
+    assert first.kind == "NO_LAMP" and "an even world shows no colours" in first.sentence
+    bpy.ops.mesh.primitive_plane_add(location=(0, 0, 20))
+    material = bpy.data.materials.new("Shining")
+    if bpy.app.version < (5, 0, 0):
+        material.use_nodes = True
+    material.node_tree.nodes["Principled BSDF"].inputs["Emission Strength"].default_value = 5.0
+    bpy.context.object.data.materials.append(material)
+    assert "NO_LAMP" not in kinds(addon)
+
+
+@pytest.fixture
+def window(addon, monkeypatch):
+    """Let the search look at the 3D views of the screen, as with a window."""
+    for module in (addon.finding_causes, addon.shown_things):
+        monkeypatch.setattr(module, "has_window", lambda: True)
+    (view,) = [area.spaces.active for area in bpy.context.screen.areas if area.type == "VIEW_3D"]
+    kept = view.shading.type
+    view.shading.type = "MATERIAL"
+    yield view
+    view.shading.type = kept
+
+
+@pytest.mark.parametrize("shading", ["SOLID", "WIREFRAME"])
+def test_a_3d_view_that_shows_no_materials(addon, colourful, window, shading):  # noqa: F811
+    assert kinds(addon) == []
+    window.shading.type = shading
+    (cause,) = found(addon)
+    assert cause.kind == "SHADING" and shading.capitalize() in cause.sentence
+    press(cause.button)
+    assert window.shading.type == "RENDERED" and kinds(addon) == []
+
+
+def test_a_lamp_hidden_by_its_eye(addon, colourful, window):  # noqa: F811
+    sun().hide_set(True)
+    (cause,) = found(addon)
+    assert cause.kind == "DARK_LAMPS" and "Sun is hidden in the 3D view" in cause.sentence
+    press(cause.button)
+    assert kinds(addon) == []
+
+
+def test_the_3d_view_looks_where_there_is_no_camera(addon, scene, colourful, monkeypatch):  # noqa: F811
+    """A view like the camera's sees what the camera sees."""
+    by_camera = addon.finding_causes.findings(bpy.context).summary
+    view = addon.view_rays.ViewPixels(view_like(scene.camera), (160, 90))
+    monkeypatch.setattr(addon.finding_causes, "_view_pixels", lambda context: view)
+    bpy.data.objects.remove(scene.camera)
+    assert addon.finding_causes.findings(bpy.context).summary == by_camera.replace("the camera", "the 3D view")
+
+
+def test_a_camera_far_away_sees_the_colours_too(addon, scene, colourful):  # noqa: F811
+    bpy.data.objects.remove(scene.camera)
+    add_camera(scene, (0, 0, 40))
+    assert kinds(addon) == []
