@@ -9,7 +9,7 @@ import bpy
 
 # The largest number of names in a sentence.
 _NAMES_MAX = 3
-_WARNINGS = {"DIRECTION_MAP", "CROWDED", "SAMPLES", "VIEW_TRANSFORM"}
+_WARNINGS = {"FEW_COLOURS", "DIRECTION_MAP", "CROWDED", "SAMPLES", "VIEW_TRANSFORM"}
 
 
 @dataclass(frozen=True)

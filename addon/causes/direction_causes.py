@@ -18,14 +18,17 @@ _TRIANGLES, _LACKING = 500, 0.5
 _AXES = ("X", "Y", "Z")
 
 
-def lacking_direction(subject: Subject, depsgraph: bpy.types.Depsgraph) -> Iterator[Cause]:
-    """Meshes on which the source of the direction gives none: no UV map, one without area, an axis along the normal."""
+def lacking_direction(
+    subject: Subject, things: list[bpy.types.Object], depsgraph: bpy.types.Depsgraph
+) -> Iterator[Cause]:
+    """Meshes, of the given ones, on which the source of the direction gives none: no UV map, one without area, an axis
+    along the normal."""
     source = frame_of(subject.group)
     if subject.grating.frame_kind == FRAME_MAP and source.kind != FRAME_MAP:
         told = f"The direction map of {subject.grating.name} was deleted, so its UV map is used instead."
         follow = Button("grating.direction", "Follow the UV Map", {"kind": "STORED"})
         yield Cause("DIRECTION_MAP", told, follow)
-    for thing in subject.things:
+    for thing in things:
         if thing.data.is_editmode:
             continue
         mesh = thing.evaluated_get(depsgraph).data

@@ -26,6 +26,8 @@ from .subject import Subject
 
 # Rays of a look, and rays to the lamp that look for shadows.
 _RAYS, _SHADOW_RAYS = 2000, 100
+# A share of what is seen that is easily overlooked, as a streak on a cube.
+_SHARE_FEW = 0.05
 # A share of the light outside a bake's region that an artist notices as black.
 _OUTSIDE_MIN = 0.1
 # A share of the places in shadow that leaves nothing to see.
@@ -98,6 +100,13 @@ def badly_lit(subject: Subject, look: Seen) -> Iterator[Cause]:
     else:
         told = f"{listed(look.things)} diffracts the light of {listed(lamps)}, but sends no colour to {look.by}"
         yield Cause("NO_ORDER", f"{told}: {_misplaced(look)}.", light_button())
+
+
+def few_colours(look: Seen) -> Iterator[Cause]:
+    """Colours show on a small part only."""
+    if look.light is not None and SHARE_MIN <= look.light.coloured_share < _SHARE_FEW:
+        told = f"Colours show on only {look.light.coloured_share:.1%} of what {look.by} sees of {listed(look.things)}."
+        yield Cause("FEW_COLOURS", told, light_button())
 
 
 def _misplaced(look: Seen) -> str:

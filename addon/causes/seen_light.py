@@ -3,7 +3,6 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 
 import bpy
@@ -33,6 +32,8 @@ _MIRROR = 3.0
 WELL_LIT = 3.0
 # Directions of a grating that varies over the surface.
 _TURNS = 5
+# The table that was read last, by its file and the time of the file's last change.
+_kept: dict[tuple[Path, int], Table] = {}
 
 
 @dataclass(frozen=True)
@@ -74,10 +75,15 @@ class SeenLight:
 
 
 def table_of(grating: Grating) -> Table | None:
-    """The table of a grating's bake, or None if its file is not there or damaged."""
+    """The table of a grating's bake, or None if its file is not there or damaged. The last one is kept, as a
+    large file takes half a second."""
     try:
         path = grating.baked_file()
-        return _table(path, path.stat().st_mtime_ns)
+        key = path, path.stat().st_mtime_ns
+        if key not in _kept:
+            _kept.clear()
+            _kept[key], _ = read(path)
+        return _kept[key]
     except (GratingError, OSError):
         return None
 
@@ -110,13 +116,6 @@ def sent_to(scene: bpy.types.Scene, places: Places) -> list[Sent]:
     if lights_of(places.node.node_tree) != LAMPS_ONLY:
         sent += sources_sent(scene, places.points)
     return sent
-
-
-@lru_cache(maxsize=1)
-def _table(path: Path, _changed: int) -> Table:
-    """The table in a file. The last one is kept, as a large file takes half a second."""
-    table, _ = read(path)
-    return table
 
 
 def _at(scene: bpy.types.Scene, places: Places, table: Table) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

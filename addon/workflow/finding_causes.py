@@ -15,7 +15,7 @@ from ..causes.direction_causes import lacking_direction
 from ..causes.display_causes import dark_exposure, few_samples, greying_transform, hidden_objects, unshaded_view
 from ..causes.lamp_causes import dark_lamps
 from ..causes.material_causes import hiding_inputs, unsuited_period
-from ..causes.seen_causes import Seen, badly_lit, outside_bake, seen, shaded, unseen
+from ..causes.seen_causes import Seen, badly_lit, few_colours, outside_bake, seen, shaded, unseen
 from ..causes.subject import Subject, subject_of
 
 
@@ -45,34 +45,40 @@ def findings(context: bpy.types.Context) -> Findings:
         first = before_assigning(context.scene)
         return Findings([first], first.sentence)
     depsgraph = context.evaluated_depsgraph_get()
-    look = seen(subject, depsgraph, _view_pixels(context))
-    causes = sorted(_causes(context, subject, look), key=lambda cause: cause.is_warning)
+    causes, look = _settled(context, subject), None
+    if all(cause.is_warning for cause in causes):  # a look takes longest, and a black scene shows it nothing
+        look = seen(subject, depsgraph, _view_pixels(context))
+    # Places without a direction are no part of a look, so what is seen has one.
+    others = [thing for thing in subject.things if look is None or thing not in look.things]
+    causes += lacking_direction(subject, others, depsgraph)
+    if look is not None:
+        causes += _seen_causes(subject, look, depsgraph)
+    causes += [*few_samples(subject), *greying_transform(subject.scene)]
+    causes.sort(key=lambda cause: cause.is_warning)
     if causes and not causes[0].is_warning:
         return Findings(causes, causes[0].sentence)
     return Findings(causes, _nothing_wrong(subject, look))
 
 
-def _causes(context: bpy.types.Context, subject: Subject, look: Seen | None) -> Iterator[Cause]:
-    scene, depsgraph = subject.scene, context.evaluated_depsgraph_get()
-    yield from lost_parts(subject)
-    yield from unlinked(subject)
-    yield from hidden_objects(subject)
-    yield from unshaded_view(views_of(context))
-    yield from hiding_inputs(subject)
-    yield from unsuited_period(subject)
-    yield from lacking_direction(subject, depsgraph)
-    yield from dark_exposure(scene)
-    yield from dark_lamps(subject)
-    if look is not None:
-        yield from _seen_causes(subject, look, depsgraph)
-    yield from few_samples(subject)
-    yield from greying_transform(scene)
+def _settled(context: bpy.types.Context, subject: Subject) -> list[Cause]:
+    """The causes that settings alone tell."""
+    return [
+        *lost_parts(subject),
+        *unlinked(subject),
+        *hidden_objects(subject),
+        *unshaded_view(views_of(context)),
+        *hiding_inputs(subject),
+        *unsuited_period(subject),
+        *dark_exposure(subject.scene),
+        *dark_lamps(subject),
+    ]
 
 
 def _seen_causes(subject: Subject, look: Seen, depsgraph: bpy.types.Depsgraph) -> Iterator[Cause]:
     """The causes in a look: none of them explains more than the one before it."""
     for found in (
-        unseen(subject, look), outside_bake(subject, look), badly_lit(subject, look), shaded(subject, look, depsgraph)
+        unseen(subject, look), outside_bake(subject, look), badly_lit(subject, look), shaded(subject, look, depsgraph),
+        few_colours(look),
     ):  # fmt: skip
         first = next(found, None)
         if first is not None:

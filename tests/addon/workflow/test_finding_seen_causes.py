@@ -127,3 +127,13 @@ def test_a_camera_far_away_sees_the_colours_too(addon, scene, colourful):  # noq
     bpy.data.objects.remove(scene.camera)
     add_camera(scene, (0, 0, 40))
     assert kinds(addon) == []
+
+
+def test_a_streak_of_colour_is_a_warning(addon, scene, colourful):  # noqa: F811
+    """A small mirror on the plane's edge shows the order; the rest of the plane is turned away from the sun."""
+    bpy.ops.mesh.primitive_plane_add(size=0.3, location=(0, 0, 1))
+    bpy.context.object.data.materials.append(colourful.material_slots[0].material)
+    colourful.rotation_euler = (0, math.radians(-45), 0)
+    (cause,) = found(addon)
+    assert cause.kind == "FEW_COLOURS" and cause.is_warning and "Colours show on only" in cause.sentence
+    assert addon.finding_causes.findings(bpy.context).is_well
