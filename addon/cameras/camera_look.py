@@ -40,7 +40,7 @@ class Look:
         if response not in responses_in(places.node.node_tree):
             return joined([])
         middle = places.rays < self.count
-        skin = _skin_of(places.node)
+        skin = skin_of(places.node)
         wr = _in_frames(places, places.to_view)
         turn = variation_of(places.node.node_tree).turn
         angles = np.linspace(-turn, turn, _TURNS) if turn else (0.0,)
@@ -99,7 +99,8 @@ def unknown_inputs(node: bpy.types.Node) -> list[str]:
     return linked_among(node, _LINKABLE)
 
 
-def _skin_of(node: bpy.types.Node) -> Skin:
+def skin_of(node: bpy.types.Node) -> Skin:
+    """The settings of a Diffraction node that change what the relief reflects."""
     return Skin(*(number_in(node, socket.name) for socket in (ROUGHNESS, PERIOD_SCALE, HEIGHT_SCALE, IOR)))
 
 
