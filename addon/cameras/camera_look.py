@@ -112,6 +112,7 @@ def unknown_inputs(node: bpy.types.Node) -> list[str]:
 
 
 def skin_of(node: bpy.types.Node) -> Skin:
+    """The settings of a Diffraction node that change what the relief reflects."""
     return Skin(*(number_in(node, socket.name) for socket in (ROUGHNESS, PERIOD_SCALE, HEIGHT_SCALE, IOR)))
 
 

@@ -50,6 +50,27 @@ class Pixels:
         directions = own @ self._axes.T
         return origins @ self._axes.T + self._origin, directions / np.linalg.norm(directions, axis=1, keepdims=True)
 
+    @property
+    def up(self) -> np.ndarray:
+        """The unit vector (3,) that points up in the picture."""
+        return self._axes[:, 1]
+
+    @property
+    def right(self) -> np.ndarray:
+        """The unit vector (3,) that points to the right in the picture."""
+        return self._axes[:, 0]
+
+    def shows(self, points: np.ndarray) -> np.ndarray:
+        """Whether points (n, 3) lie in the picture, in front of the camera, (n,). A panorama shows all."""
+        if self._kind == "PANO":
+            return np.ones(len(points), bool)
+        own = (points - self._origin) @ self._axes
+        in_front = own[:, 2] < -1e-6
+        if self._kind == "PERSP":
+            own = own * (self._corner[2] / np.where(in_front, own[:, 2], -1.0))[:, None]
+        at = (own - self._corner)[:, :2] / self._span[:2]
+        return in_front & ((at >= 0) & (at <= 1)).all(axis=1)
+
     def places(self, window: Window, count: int) -> np.ndarray:
         """The centres of about `count` pixels on a grid in a window, (n, 2), in picture coordinates from 0 to 1. In a
         panorama they cover equal areas of the sky."""

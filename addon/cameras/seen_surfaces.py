@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where the camera's rays meet meshes that show gratings, and the grating's tangent frame there."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import cos, sin
 from typing import Any
@@ -35,6 +35,11 @@ class Places:
     points: np.ndarray
     to_view: np.ndarray
     frames: np.ndarray
+
+    def every(self, step: int) -> "Places":
+        """Every `step`-th of the points, beginning with the first."""
+        kept = {name: getattr(self, name)[::step] for name in ("rays", "points", "to_view", "frames")}
+        return replace(self, **kept)
 
 
 @dataclass
@@ -95,10 +100,15 @@ def _own_instances(depsgraph: bpy.types.Depsgraph) -> set[tuple[bpy.types.Object
     }
 
 
-def boxes_with_gratings(depsgraph: bpy.types.Depsgraph) -> Iterator[tuple[np.ndarray, Matrix]]:
-    """The bounding boxes of the scene's meshes and instances that show a grating: corners (8, 3) and matrices."""
+def boxes_with_gratings(
+    depsgraph: bpy.types.Depsgraph, among: Collection[bpy.types.Object] | None = None
+) -> Iterator[tuple[np.ndarray, Matrix]]:
+    """The bounding boxes of the scene's meshes and instances that show a grating: corners (8, 3) and matrices. `among`
+    leaves out other objects."""
     for instance in depsgraph.object_instances:
         thing = instance.object
+        if among is not None and thing.original not in among:
+            continue
         if thing.type == "MESH" and any(diffraction_nodes(slot.material) for slot in thing.original.material_slots):
             yield np.array([corner[:] for corner in thing.bound_box]), instance.matrix_world.copy()
 

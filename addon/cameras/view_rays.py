@@ -6,22 +6,25 @@ import numpy as np
 
 from .camera_rays import Pixels
 
+# The height of a 3D view's picture in pixels, where only its shape matters.
+_HIGH = 1000
 # The rays of an orthographic view begin this far behind its middle, in metres: the view shows what is behind it too.
 _BEHIND = 1e3
 
 
 class ViewPixels(Pixels):
-    """Converts the pixels of a 3D view to rays into the scene."""
+    """Converts the pixels of a 3D view, which has a size in pixels, to rays into the scene. Without a size, the picture
+    has the view's shape."""
 
-    def __init__(self, view: bpy.types.RegionView3D, size: tuple[int, int]) -> None:
-        place = np.array(view.view_matrix.inverted())
-        self._axes, self._origin = place[:3, :3], place[:3, 3]
-        self._kind = "PERSP" if view.is_perspective else "ORTHO"
-        if not view.is_perspective:
-            self._origin = self._origin + _BEHIND * self._axes[:, 2]
+    def __init__(self, view: bpy.types.RegionView3D, size: tuple[int, int] | None = None) -> None:
+        place, projection = np.array(view.view_matrix.inverted_safe()), np.array(view.window_matrix)
+        is_flat = projection[3, 3] != 0
+        self._kind = "ORTHO" if is_flat else "PERSP"
+        self._axes = place[:3, :3]
+        self._origin = place[:3, 3] + (_BEHIND * self._axes[:, 2] if is_flat else 0.0)
         # The frame at a depth of 1, from the projection that maps it to -1 to 1.
-        projection = np.array(view.window_matrix)
-        shift = projection[:2, 2] if view.is_perspective else -projection[:2, 3]
-        low, high = ((end + shift) / (projection[0, 0], projection[1, 1]) for end in (-1.0, 1.0))
-        self._corner, self._span = np.array([*low, -1.0]), np.array([*(high - low), 0.0])
-        self.size = size
+        shift = -projection[:2, 3] if is_flat else projection[:2, 2]
+        scale = np.array([projection[0, 0], projection[1, 1]])
+        self._corner = np.array([*(shift - 1) / scale, -1.0])
+        self._span = np.array([*2 / scale, 0.0])
+        self.size = size or (max(1, round(_HIGH * scale[1] / scale[0])), _HIGH)

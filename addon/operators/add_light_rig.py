@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Adds lamps where they make the camera see a grating's colours."""
+
+import bpy
+from bpy.props import EnumProperty, FloatProperty
+
+from ...precompute.base.failure import GratingError
+from .polls import in_object_mode
+from .reports import report_failure, report_lines
+
+KINDS = (
+    ("SUN", "Sun", "One small sun: crisp, saturated colours"),
+    ("STUDIO", "Studio", "A soft box, a weaker one from another side, and a weak fill beside the camera"),
+    ("WINDOW", "Window", "One tall soft lamp, and a weak bounce from the other side"),
+    ("POINTS", "Two Points", "Two small point lamps, for a dark scene"),
+)
+
+
+class AddLightRig(bpy.types.Operator):
+    """Add lamps at the angles from which the camera sees the most of the colours: those of the active object, else of
+    all objects with a grating. Pressed again it replaces its own lamps, and leaves all other lamps and the world"""
+
+    bl_idname = "grating.light_rig"
+    bl_label = "Light Rig"
+    bl_options = {"REGISTER", "UNDO"}
+
+    kind: EnumProperty(name="Kind", description="The lamps of the rig", items=KINDS)
+    strength: FloatProperty(
+        name="Strength",
+        description="Factor on the strength of all lamps. With 1, a 50 % grey surface that faces the brightest lamp "
+        "has a brightness of 0.4",
+        default=1.0,
+        min=0.0,
+        max=1e4,
+        soft_max=10.0,
+    )
+    softness: FloatProperty(
+        name="Softness",
+        description="Factor on the size of all lamps. Larger lamps give softer shadows and paler colours",
+        default=1.0,
+        min=0.01,
+        max=10.0,
+        soft_min=0.1,
+        soft_max=4.0,
+    )
+
+    @classmethod
+    def poll(cls, context):
+        return in_object_mode(cls, context)
+
+    def execute(self, context):
+        from ..workflow.adding_light_rigs import Rig, add_light_rig, carriers
+
+        scene = context.scene
+        try:
+            lines = add_light_rig(
+                scene, context.evaluated_depsgraph_get(), Rig(self.kind, self.strength, self.softness),
+                objects=carriers(scene, context.active_object), view=context.region_data,
+            )  # fmt: skip
+        except GratingError as error:
+            return report_failure(self, error)
+        return report_lines(self, lines)
