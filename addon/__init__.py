@@ -23,6 +23,7 @@ from .operators import (
     bake_needs,
     choose_direction,
     choose_lights,
+    choose_quality,
     comb_grating,
     fit_world,
     import_height_map,
@@ -33,11 +34,12 @@ from .operators import (
     remove_diffraction,
     remove_grating,
     show_direction,
+    show_me,
     unwrap_meshes,
     vary_grating,
     why_black,
 )
-from .ui import direction_panel, facts, panel, steps_panel
+from .ui import direction_panel, facts, panel, preset_pictures, steps_panel
 from .workflow import handlers, previewing_levelling
 
 # Registration order: a property group comes before the property groups that hold it.
@@ -50,6 +52,8 @@ CLASSES = (
     import_height_map.DropHeightMap,
     add_grating.AddGrating,
     add_preset.AddPreset,
+    show_me.ShowMe,
+    show_me.BackFromShow,
     remove_grating.RemoveGrating,
     level_steps.AddLevellingStep,
     level_steps.RemoveLevellingStep,
@@ -69,6 +73,7 @@ CLASSES = (
     add_snake.AddSnake,
     add_snake.AddShedSkin,
     choose_lights.ChooseLights,
+    choose_quality.ChooseQuality,
     comb_grating.CombGrating,
     choose_direction.ChooseDirection,
     vary_grating.VaryGrating,
@@ -85,6 +90,8 @@ CLASSES = (
     panel.GratingList,
     steps_panel.StepList,
     panel.GratingPanel,
+    panel.MaterialPanel,
+    panel.ShaderPanel,
     direction_panel.DirectionPanel,
     panel.ReferencePanel,
 )
@@ -98,6 +105,7 @@ def register() -> None:
     for cls in CLASSES:
         bpy.utils.register_class(cls)
     bpy.types.Scene.natural_gratings = bpy.props.PointerProperty(type=grating.SceneGratings)  # type: ignore[func-returns-value]  # the stubs say it returns None
+    setattr(bpy.types.WindowManager, preset_pictures.CHOSEN, preset_pictures.chosen_preset())
     bpy.types.TOPBAR_MT_file_import.append(import_height_map.menu_entry)
     bpy.types.VIEW3D_MT_light_add.append(add_diffraction_lamp.menu_entry)
     bpy.types.VIEW3D_MT_mesh_add.append(add_snake.menu_entry)
@@ -122,6 +130,8 @@ def unregister() -> None:
     bpy.types.VIEW3D_MT_mesh_add.remove(add_snake.menu_entry)
     bpy.types.VIEW3D_MT_light_add.remove(add_diffraction_lamp.menu_entry)
     bpy.types.TOPBAR_MT_file_import.remove(import_height_map.menu_entry)
+    delattr(bpy.types.WindowManager, preset_pictures.CHOSEN)
+    preset_pictures.forget_pictures()
     del bpy.types.Scene.natural_gratings
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

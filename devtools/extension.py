@@ -35,6 +35,7 @@ def link_extension(user_folder: Path, wheels: bool = False) -> Path:
     write_if_changed(folder / "blender_manifest.toml", manifest if wheels else WHEELS_LIST.sub("", manifest))
     for name in (*LINKED, "wheels") if wheels else LINKED:
         link(folder / name, ROOT / name)
+    link(folder / "drafts", ROOT / "drafts")  # the link leads nowhere until `./dev build` makes the drafts
     return folder
 
 

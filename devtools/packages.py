@@ -98,6 +98,12 @@ def fetch_wheels(environment: Environment, lock: bool = False) -> None:
         raise DevError(f"wheels missing or not as in {HASHES.name}: {', '.join(false)}; remedy: {remedy}")
 
 
+def make_drafts(environment: Environment) -> None:
+    """Make the draft bakes of the presets in drafts/, unless they are there."""
+    command = [environment.python, "-m", "devtools.make_drafts"]
+    run_step("drafts of the presets", command, ENVIRONMENTS / "logs" / "drafts.log", PYTHONPATH=str(ROOT))
+
+
 def extension_tool(environment: Environment, *arguments: str | Path) -> None:
     """Run Blender's own tool for extensions, from the bpy wheel. Raises DevError with its output if it fails."""
     scripts = environment.bpy_folder / "scripts"
@@ -143,6 +149,7 @@ def build(environment: Environment, output: Path, lock: bool = False) -> list[Pa
     """Build and validate the zip of each platform, reproducibly. Returns their paths. No partial zip is left in
     `output`."""
     fetch_wheels(environment, lock)
+    make_drafts(environment)
     output.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=output, prefix=".build-") as folder:
         say("packages: building ...")

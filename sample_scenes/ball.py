@@ -18,12 +18,12 @@ if not __package__:  # `blender --python` runs this file as a script
     sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
     __package__ = "sample_scenes"
 from precompute.cli.parser import OneLineParser
+from precompute.mesh.shapes import BALL_RADIUS_M, Shape, ball, of_grid
 
 from .snake import plain_material
-from .stage import add_object, clean_scene
+from .stage import add_object, clean_scene, new_mesh
 from .studio import Towards, add_camera, add_floor, add_key, settings, wrap_in_dusk
 
-BALL_RADIUS_M = 0.05
 FOIL_M, FOIL_CELLS = 0.16, 480
 # Facets of the foil: their number, and the standard deviation of their slopes.
 FACETS, SLOPE = 260, 0.20
@@ -37,28 +37,17 @@ LENS_MM = 90.0
 STRENGTH = {"ball": 3.0, "foil": 1.0}
 
 
-def grid_object(name: str, points: np.ndarray, uv: np.ndarray, material: bpy.types.Material) -> bpy.types.Object:
-    """A smooth-shaded mesh of quads from a grid of points (rows, columns, 3) with UVs (rows, columns, 2)."""
-    rows, columns = points.shape[:2]
-    index = np.arange(rows * columns).reshape(rows, columns)
-    quads = np.stack([index[:-1, :-1], index[:-1, 1:], index[1:, 1:], index[1:, :-1]], axis=-1).reshape(-1, 4)
-    mesh = bpy.data.meshes.new(name)
-    mesh.from_pydata(points.reshape(-1, 3).tolist(), [], quads.tolist())
-    corner_uv = uv.reshape(-1, 2)[quads].astype(np.float32)
-    mesh.uv_layers.new(name="UVMap").uv.foreach_set("vector", corner_uv.ravel())
+def smooth_object(name: str, shape: Shape, material: bpy.types.Material) -> bpy.types.Object:
+    """An object with a smooth-shaded mesh."""
+    mesh = new_mesh(name, shape)
     mesh.shade_smooth()
     mesh.materials.append(material)
     return add_object(bpy.context.scene, name, mesh)
 
 
-def add_ball(segments: int = 192) -> bpy.types.Object:
-    """A ball on the floor. U runs round its vertical axis, V from the bottom to the top."""
-    turn, height = np.linspace(0, 2 * np.pi, segments + 1), np.linspace(-np.pi / 2, np.pi / 2, segments // 2 + 1)
-    turn, height = np.meshgrid(turn, height)
-    flat = np.cos(height)
-    points = BALL_RADIUS_M * np.stack([flat * np.cos(turn), flat * np.sin(turn), 1 + np.sin(height)], axis=-1)
-    uv = np.stack([turn / (2 * np.pi), height / np.pi + 0.5], axis=-1)
-    return grid_object("Ball", points, uv, plain_material("Lacquer", (0.015, 0.015, 0.017), roughness=0.4))
+def add_ball() -> bpy.types.Object:
+    """A ball on the floor."""
+    return smooth_object("Ball", ball(), plain_material("Lacquer", (0.015, 0.015, 0.017), roughness=0.4))
 
 
 def crumpled(x: np.ndarray, y: np.ndarray, seed: int = 4) -> np.ndarray:
@@ -80,7 +69,8 @@ def add_foil() -> bpy.types.Object:
     u, v = np.meshgrid(np.linspace(0, 1, FOIL_CELLS), np.linspace(0, 1, FOIL_CELLS))
     height = crumpled(u, v)
     points = FOIL_M * np.stack([u - 0.5, v - 0.5, height - height.min()], axis=-1)
-    foil = grid_object("Foil", points, np.stack([u, v], axis=-1), plain_material("Foil", (0.02,) * 3, roughness=0.4))
+    shape = of_grid(points, np.stack([u, v], axis=-1))
+    foil = smooth_object("Foil", shape, plain_material("Foil", (0.02,) * 3, roughness=0.4))
     foil.rotation_euler.z = 0.5
     return foil
 

@@ -19,15 +19,13 @@ if not __package__:  # `blender --python` runs this file as a script
     sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
     __package__ = "sample_scenes"
 from precompute.cli.parser import OneLineParser
+from precompute.mesh.shapes import CLEAR_M, HOLE_M, RIM_M, WRITTEN_M, ring
 
 from .snake import plain_material
-from .stage import add_object, clean_scene
+from .stage import add_object, clean_scene, new_mesh
 from .studio import Towards, add_camera, add_floor, add_key, add_softbox, settings, wrap_in_dusk
 
-# Radii of every optical disc, in metres: hole, clear ring, data area, rim.
-HOLE_M, CLEAR_M, WRITTEN_M, RIM_M = 0.0075, 0.022, 0.058, 0.060
 THICKNESS_M = 0.0012
-SEGMENTS = 256
 NAMES = {"cd": "CD", "dvd": "DVD", "bluray": "Blu-ray"}
 BETWEEN_M = 0.132
 TILT_DEG = 14.0
@@ -40,26 +38,9 @@ CAMERA = Towards(-90.0, 38.0, 0.85)
 LENS_MM = {1: 150.0, 2: 85.0, 3: 60.0}
 
 
-def ring(inner_m: float, outer_m: float, height_m: float, *, outwards: bool = True) -> tuple[np.ndarray, ...]:
-    """Points (2 SEGMENTS, 3), quads (SEGMENTS, 4) and UVs (SEGMENTS, 4, 2) of a flat ring: U is radius / RIM_M, V the
-    turn."""
-    turn = np.arange(SEGMENTS + 1) / SEGMENTS
-    around = np.stack([np.cos(2 * np.pi * turn[:-1]), np.sin(2 * np.pi * turn[:-1])], axis=-1)
-    points = np.concatenate([np.c_[r * around, np.full(SEGMENTS, height_m)] for r in (inner_m, outer_m)])
-    k, after = np.arange(SEGMENTS), (np.arange(SEGMENTS) + 1) % SEGMENTS
-    quads = np.stack([k, k + SEGMENTS, after + SEGMENTS, after], axis=-1)
-    u = np.array([inner_m, outer_m, outer_m, inner_m]) / RIM_M
-    v = np.stack([turn[:-1], turn[:-1], turn[1:], turn[1:]], axis=-1)
-    uv = np.stack([np.broadcast_to(u, v.shape), v], axis=-1)
-    return (points, quads, uv) if outwards else (points, quads[:, ::-1], uv[:, ::-1])
-
-
 def add_ring(name: str, size_m: tuple[float, float], height_m: float, material) -> bpy.types.Object:
     """Add a flat ring."""
-    points, quads, uv = ring(*size_m, height_m)
-    mesh = bpy.data.meshes.new(name)
-    mesh.from_pydata(points.tolist(), [], quads.tolist())
-    mesh.uv_layers.new(name="UVMap").uv.foreach_set("vector", uv.astype(np.float32).ravel())
+    mesh = new_mesh(name, ring(*size_m, height_m))
     mesh.materials.append(material)
     return add_object(bpy.context.scene, name, mesh)
 

@@ -17,11 +17,9 @@ from devtools.environments import ALL
 from devtools.steps import clean_environment
 from precompute.cli.option_types import count
 from precompute.cli.parser import OneLineParser
-from precompute.presets.presets import Preset, preset_names, read_preset
+from precompute.presets.presets import SNAKES, Preset, preset_names, read_preset
 from sample_scenes.demo import Stopwatch, start_blender
 
-# Printed matter shows its grating better on a sheet than on a ball.
-SHEETS = ("brushed_aluminium", "gold_foil", "security_hologram", "silver_foil")
 # A row of the sheet for each light in each engine: the row's title, the light, the engine.
 ROWS = tuple(
     (f"{title}, {engine_title}", light, engine)
@@ -59,10 +57,8 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def shape_of(preset: Preset) -> str:
-    """The shape of preset_stage.py that shows a preset."""
-    if preset.direction == "radial":
-        return "record" if preset.name == "record" else "disc"
-    return "sheet" if preset.name in SHEETS else "ball"
+    """The shape of preset_stage.py that shows a preset: its own, or a ball in place of a snake."""
+    return "ball" if preset.shape in SNAKES else preset.shape
 
 
 def tile(folder: Path, light: str, engine: str) -> Path:

@@ -14,15 +14,15 @@ from math import radians
 from pathlib import Path
 
 import bpy
-import numpy as np
 
 if not __package__:  # `blender --python` runs this file as a script
     sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
     __package__ = "sample_scenes"
 from precompute.cli.parser import OneLineParser
+from precompute.mesh.shapes import BALL_RADIUS_M, RIM_M, bent_sheet
 
-from .ball import BALL_RADIUS_M, add_ball, grid_object
-from .discs import RIM_M, add_disc
+from .ball import add_ball, smooth_object
+from .discs import add_disc
 from .snake import plain_material
 from .stage import clean_scene
 from .studio import Towards, add_camera, add_floor, add_key, add_softbox, settings, wrap_in_dusk
@@ -41,9 +41,7 @@ LIGHTS = ("suns", "studio")
 # The radiance of the dim world of each light. It keeps parts visible that no lamp's order reaches.
 DUSK = {"suns": 0.3, "studio": 0.4}
 LENS_MM = 150.0
-# Width and height of the sheet, and the angles from one edge to the other by which it is bent.
-SHEET_M, BENDS_DEG = (0.11, 0.1), (60.0, 12.0)
-SHEET_TILT_DEG, SHEET_CELLS = 48.0, 96
+SHEET_TILT_DEG = 48.0
 
 
 @dataclass(frozen=True)
@@ -63,20 +61,9 @@ VIEWS = {
 }
 
 
-def bent_sheet() -> tuple[np.ndarray, np.ndarray]:
-    """Points (rows, columns, 3) and UVs (rows, columns, 2) of a sheet whose middle is the origin. It bends away from Z
-    along both sides, so that it shows many angles. U runs along X."""
-    u, v = np.meshgrid(np.linspace(0, 1, SHEET_CELLS), np.linspace(0, 1, SHEET_CELLS))
-    turns = [radians(bend) * (share - 0.5) for bend, share in zip(BENDS_DEG, (u, v), strict=True)]
-    spans = [size / radians(bend) for size, bend in zip(SHEET_M, BENDS_DEG, strict=True)]
-    drop = sum(span * (1 - np.cos(turn)) for span, turn in zip(spans, turns, strict=True))
-    points = np.stack([*(span * np.sin(turn) for span, turn in zip(spans, turns, strict=True)), -drop], axis=-1)
-    return points, np.stack([u, v], axis=-1)
-
-
 def add_sheet() -> bpy.types.Object:
     """A bent sheet that leans back from the camera."""
-    sheet = grid_object(NAME, *bent_sheet(), plain_material("Sheet", (0.02,) * 3, roughness=0.4))
+    sheet = smooth_object(NAME, bent_sheet(), plain_material("Sheet", (0.02,) * 3, roughness=0.4))
     sheet.rotation_euler.x = radians(SHEET_TILT_DEG)
     sheet.location.z = 0.044
     return sheet

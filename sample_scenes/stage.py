@@ -11,6 +11,7 @@ from math import cos, radians, sin
 from pathlib import Path
 
 import bpy
+import numpy as np
 from mathutils import Vector
 
 if not __package__:  # `blender --python` runs this file as a script
@@ -18,6 +19,7 @@ if not __package__:  # `blender --python` runs this file as a script
     __package__ = "sample_scenes"
 from precompute.cli.option_types import number
 from precompute.cli.parser import OneLineParser
+from precompute.mesh.shapes import Shape
 
 from .snake import build_snake, plain_material
 
@@ -45,6 +47,14 @@ def add_object(scene: bpy.types.Scene, name: str, data: bpy.types.ID) -> bpy.typ
     new = bpy.data.objects.new(name, data)
     scene.collection.objects.link(new)
     return new
+
+
+def new_mesh(name: str, shape: Shape) -> bpy.types.Mesh:
+    """A flat-shaded mesh of a shape."""
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(shape.points.tolist(), [], shape.quads.tolist())
+    mesh.uv_layers.new(name="UVMap").uv.foreach_set("vector", shape.uv.astype(np.float32).ravel())
+    return mesh
 
 
 def add_ground(scene: bpy.types.Scene, half_size_m: float = 4.0) -> bpy.types.Object:

@@ -123,7 +123,8 @@ def _keyed(holder: bpy.types.AnimData | bpy.types.NlaStrip) -> Iterator[bpy.type
 def _shown(layer: bpy.types.ViewLayer, lamps: Sequence[bpy.types.Object]) -> list[float]:
     """For each lamp 1, or 0 if the view layer excludes it. A lamp in several collections is shown if one of them is; of
     a lamp with an excluded collection, only the current `hide_render` of the others counts."""
-    if not any(way[-1].exclude for way in _ways(layer.layer_collection)):
+    # A new scene's layer has no collections until Blender updates it, so none is excluded.
+    if layer.layer_collection is None or not any(way[-1].exclude for way in _ways(layer.layer_collection)):
         return [1.0] * len(lamps)
     return [float(_is_in(layer, lamp)) for lamp in lamps]
 

@@ -2,7 +2,7 @@
 """Adds a preset: a ready-made surface with its matter and the look of its material."""
 
 import bpy
-from bpy.props import EnumProperty
+from bpy.props import BoolProperty, EnumProperty
 
 from ...precompute.base.failure import GratingError
 from .reports import report_added
@@ -11,7 +11,7 @@ from .reports import report_added
 _items: list[tuple[str, str, str]] = []
 
 
-def _presets(operator, context):
+def presets(operator, context):
     """The presets, each with its title and, as its tooltip, its relief and its matter."""
     if not _items:
         from ...precompute.presets.presets import preset_names
@@ -32,16 +32,22 @@ def _item(name: str) -> tuple[str, str, str]:
 
 
 class AddPreset(bpy.types.Operator):
-    """Add a ready-made surface to the scene's gratings, with its matter and the look of its material. It needs no scan.
-    Bake it, then assign it"""
+    """Add a ready-made surface to the scene's gratings, with its matter and the look of its material. It needs no scan,
+    and shows at once at draft quality"""
 
     bl_idname = "grating.add_preset"
     bl_label = "Add Preset"
     bl_options = {"REGISTER", "UNDO"}
 
-    preset: EnumProperty(name="Preset", description="Ready-made surface to add", items=_presets, options={"SKIP_SAVE"})
+    preset: EnumProperty(name="Preset", description="Ready-made surface to add", items=presets, options={"SKIP_SAVE"})
+
+    assign: BoolProperty(
+        name="Assign", description="Also put it on the selected meshes", default=False, options={"SKIP_SAVE"}
+    )
 
     def execute(self, context):
-        from ..workflow.adding_presets import import_preset
+        from ..workflow.adding_presets import import_preset, put_preset
 
+        if self.assign:
+            return report_added(self, lambda: put_preset(context.scene, self.preset, context.selected_objects))
         return report_added(self, lambda: [import_preset(context.scene, self.preset)])

@@ -4,6 +4,8 @@ body that is 80 radii long; the floor is z = 0."""
 
 import numpy as np
 
+from .spine import Spine, spine_along
+
 # A head laid over the first bend, and four runs side by side.
 _RESTING = (
     (-6.4, -6.6, 0), (-7.4, -5.4, 0), (-7.9, -3.9, 0), (-7.8, -2.2, 0.3), (-6.9, -0.8, 1.5), (-5.4, 0.2, 2.3),
@@ -41,3 +43,10 @@ POSES = {
     "RESTING": np.array(_RESTING, float),
     "REARING": np.array(_REARING, float),
 }
+
+
+def posed_spine(pose: str, length_m: float) -> Spine:
+    """The spine of a pose, centred over the origin, with its lowest point at z = 0."""
+    spine = spine_along(POSES[pose], length_m)
+    low, high = spine.points.min(axis=0), spine.points.max(axis=0)
+    return spine._replace(points=spine.points - (*(low + high)[:2] / 2, low[2]))

@@ -15,6 +15,12 @@ from ..nodes.builder import Tree, Value
 _Colour = tuple[float, float, float]
 
 
+def give_skin(mesh: bpy.types.Mesh, species: str) -> None:
+    """Give a snake's mesh its materials: the skin, then the eyes."""
+    for material in (new_skin(species), new_eye()):
+        mesh.materials.append(material)
+
+
 def new_skin(species_name: str) -> bpy.types.Material:
     """A new skin material of a species in SPECIES."""
     name, colour = _SKINS[species_name]

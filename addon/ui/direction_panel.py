@@ -22,6 +22,10 @@ class DirectionPanel(bpy.types.Panel):
     bl_parent_id = GratingPanel.bl_idname
     bl_options = {"DEFAULT_CLOSED"}
 
+    @classmethod
+    def poll(cls, context):
+        return context.scene.natural_gratings.active() is not None
+
     @guarded_draw
     def draw(self, context):
         settings = context.scene.natural_gratings

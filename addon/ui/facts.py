@@ -79,6 +79,7 @@ class GratingFacts:
     fault      why they cannot be told; else None
     outdated   whether its settings are no longer those of its bake
     objects    a line with the objects that show it; empty without a material
+    is_shown   whether an object shows it
     variation  how it varies over the surface
     hologram   the patterns of holograms in its materials
     crowded    a line if EEVEE has no room for all lamps or sources
@@ -88,6 +89,7 @@ class GratingFacts:
     fault: GratingError | None = None
     outdated: bool = False
     objects: str = ""
+    is_shown: bool = False
     variation: str = ""
     hologram: str = "None"
     crowded: tuple[str, ...] = ()
@@ -209,7 +211,9 @@ def _world(scene: bpy.types.Scene) -> str:
     if not world_is_fitted(scene):
         return NOT_FITTED
     count = source_count(scene)
-    text = f"{count} source{'s' * (count != 1)} and the rest"
+    text = (
+        f"{count} bright spot{'s' * (count != 1)} without noise, the rest with noise" if count else "lights with noise"
+    )
     if missed_share(scene) >= _MISSED_MIN:
         text += f", {missed_share(scene):.0%} of bright light not fitted, so noisy"
     return text
@@ -229,12 +233,14 @@ def _of_grating(grating: Grating) -> GratingFacts:
     from ..materials.group_users import on_objects, shown_by
     from ..workflow.adding_holograms import hologram_summary
 
+    objects = shown_by(group)
     lacks_set = grating.lit_by != LAMPS_ONLY and not answers_to_world(group)
     return GratingFacts(
         scans=scans,
         fault=fault,
         outdated=is_asked_otherwise(grating),
-        objects=on_objects(shown_by(group)),
+        objects=on_objects(objects),
+        is_shown=bool(objects),
         variation=variation_of(group).summary,
         hologram=hologram_summary(group),
         crowded=tuple(crowded(group)),

@@ -13,3 +13,10 @@ def draw_note(layout, context, text: str, *, icon: str = "NONE") -> None:
     for line in textwrap.wrap(text, max(16, int(width / _LETTER))):
         layout.label(text=line, icon=icon)
         icon = "BLANK1" if icon != "NONE" else icon
+
+
+def draw_facts(layout, context, facts: str) -> None:
+    """Draw a summary, each of its lines on a line of its own."""
+    column = layout.column(align=True)
+    for fact in facts.splitlines():
+        draw_note(column, context, fact)

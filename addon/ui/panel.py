@@ -1,49 +1,36 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The panel 3D View > Sidebar > Grating, in the order of the work from top to bottom."""
+"""The panel Grating: what to do next as one large button, and the steps of the work below it. It is in the sidebars of
+the 3D view and of the shader editor, and in the material's properties."""
+
+from typing import TYPE_CHECKING
 
 import bpy
 
-from ..blender import compat, stored
 from ..blender.guard import guarded_draw, guarded_item
-from ..gratings.direction_source import FRAMES, KINDS, STORED
-from ..gratings.lights_choice import ALL, LAMPS_ONLY, LIGHTS, REST
-from ..gratings.matter_fields import LAYERS
-from ..gratings.wording import in_words
-from ..operators.add_diffraction import AddDiffraction
-from ..operators.add_diffraction_lamp import AddDiffractionLamp
+from ..gratings.bake_quality import QUALITIES, quality_of
 from ..operators.add_grating import AddGrating
-from ..operators.add_hologram import AddHologram
+from ..operators.add_light_rig import AddLightRig
 from ..operators.add_preset import AddPreset
-from ..operators.add_sun import AddSun
 from ..operators.adopt import AdoptMaterials
-from ..operators.assign import AssignToSelected
-from ..operators.bake_grating import BakeGrating
-from ..operators.bake_needs import BakeNeeds
-from ..operators.choose_direction import ChooseDirection
-from ..operators.choose_lights import ChooseLights
-from ..operators.comb_grating import CombGrating
-from ..operators.fit_world import FitWorld
 from ..operators.follows_bake import running_bake
 from ..operators.import_height_map import ImportHeightMap
-from ..operators.mend import MendMaterials
-from ..operators.new_material import NewDiffractionMaterial
 from ..operators.osl_reference import NewOslReference
-from ..operators.remove_diffraction import RemoveDiffraction
 from ..operators.remove_grating import RemoveGrating
-from ..operators.vary_grating import VaryGrating
-from ..workflow.fitting_worlds import is_fitting, last_failure
-from .facts import NOT_FITTED, Facts, GratingFacts, SceneFacts, facts_of
+from ..operators.show_me import BackFromShow, ShowMe
+from ..operators.why_black import WhyBlack
+from .facts import SceneFacts, facts_of
+from .light_part import draw_light, draw_warnings
+from .look_part import draw_look
+from .next_step import DONE, LIGHT, LOOK, NOW, QUALITY, SURFACE, Next, next_step, state_of
 from .notes import draw_note
-from .steps_panel import draw_scans, draw_steps
+from .preset_pictures import CHOSEN, presets_with_pictures
+from .quality_part import draw_quality
+from .surface_part import draw_surface
 
-_ICONS = {"SUN": "LIGHT_SUN", "POINT": "LIGHT_POINT", "SPOT": "LIGHT_SPOT", "AREA": "LIGHT_AREA"}
-_LIGHT_ICONS = {"good": "CHECKMARK", "usable": "INFO", "poor": "ERROR"}
-# How each choice of lights lights the diffraction.
-_LIT_BY = {
-    LAMPS_ONLY: "Only lamps light the diffraction. The world and Material Preview's studio light have no effect.",
-    REST: "Lamps are noise-free. The rest of the world and light from other objects are sampled at random, with noise.",
-    ALL: "Every light is sampled at random. Small lamps need many samples.",
-}
+# Heights of the presets' pictures, in the panel and in the list that it opens, and of the large buttons, in rows.
+_PICTURE, _PICTURE_IN_LIST, _LARGE = 6.0, 5.0, 1.5
+# The custom property of Show Me's scenes (workflow/showing.py, which loads only when needed).
+_SHOW = "ng_show"
 
 
 class PresetMenu(bpy.types.Menu):
@@ -59,23 +46,24 @@ class PresetMenu(bpy.types.Menu):
 
 
 class SampleMenu(bpy.types.Menu):
-    """Add a sample surface that ships with the extension, a preset, or a grating by its parameters"""
+    """Add a preset, a sample surface that ships with the extension, or a grating by its parameters"""
 
     bl_idname = "GRATING_MT_samples"
-    bl_label = "Add Sample"
+    bl_label = "Add Surface"
 
     @guarded_draw
     def draw(self, context):
         from ...precompute.surface.samples.catalogue import SAMPLES, title_of
 
+        self.layout.menu(PresetMenu.bl_idname, icon="PRESET")
+        self.layout.operator_context = "INVOKE_DEFAULT"
+        self.layout.operator(AddGrating.bl_idname, text=f"{AddGrating.bl_label}...", icon="MOD_WAVE")
+        self.layout.separator()
+        self.layout.label(text="Samples")
         self.layout.operator_context = "EXEC_DEFAULT"
-        for name in SAMPLES:
+        for name in sorted(SAMPLES, key=lambda name: (name == "flat", title_of(name))):  # what shows no colours is last
             entry = self.layout.operator(ImportHeightMap.bl_idname, text=title_of(name))
             entry.filepath = f"sample:{name}"
-        self.layout.separator()
-        self.layout.menu(PresetMenu.bl_idname)
-        self.layout.operator_context = "INVOKE_DEFAULT"
-        self.layout.operator(AddGrating.bl_idname, text=f"{AddGrating.bl_label}...")
 
 
 class GratingList(bpy.types.UIList):
@@ -88,34 +76,84 @@ class GratingList(bpy.types.UIList):
         layout.prop(item, "name", text="", emboss=False, icon="TEXTURE" if item.bake_path else "IMAGE_DATA")
 
 
-class GratingPanel(bpy.types.Panel):
-    """Import, bake and assign gratings"""
+# Only the type checker sees the mixin as a panel, because Blender registers the classes that inherit it.
+if TYPE_CHECKING:
+    _Panel = bpy.types.Panel
+else:
+    _Panel = object
 
-    bl_idname = "GRATING_PT_main"
+
+class _Drawn(_Panel):
+    """What the panels have in common."""
+
     bl_label = "Natural Gratings"
-    bl_space_type = "VIEW_3D"
-    bl_region_type = "UI"
-    bl_category = "Grating"
 
     @guarded_draw
     def draw(self, context):
+        from ..gratings.baked_region import noticed_outside
+
         layout = self.layout
         gratings = context.scene.natural_gratings
-        row = layout.row()
-        row.template_list(GratingList.bl_idname, "", gratings, "items", gratings, "active_index", rows=3)
-        buttons = row.column(align=True)
-        buttons.operator(ImportHeightMap.bl_idname, text="", icon="ADD")
-        buttons.menu(SampleMenu.bl_idname, text="", icon="DOWNARROW_HLT")
-        buttons.operator(RemoveGrating.bl_idname, text="", icon="REMOVE")
+        if context.scene.get(_SHOW):
+            layout.operator(BackFromShow.bl_idname, icon="LOOP_BACK")
         facts = facts_of(context)
         _draw_strays(layout, context, facts.scene)
         grating = gratings.active()
         if grating is None:
-            layout.label(text="Import a height map, or add a sample", icon="INFO")
+            _draw_start(layout, context)
             return
-        _draw_bake(layout, context, grating, facts=facts.grating)
-        _draw_material(layout, grating, facts.grating)
-        _draw_lamps(layout, context, grating, facts=facts)
+        row = layout.row()
+        row.template_list(GratingList.bl_idname, "", gratings, "items", gratings, "active_index", rows=2)
+        buttons = row.column(align=True)
+        buttons.menu(SampleMenu.bl_idname, text="", icon="ADD")
+        buttons.operator(RemoveGrating.bl_idname, text="", icon="REMOVE")
+        following = next_step(context, grating, facts)
+        _draw_next(layout, context, following)
+        draw_warnings(layout, context, facts)
+        for line in noticed_outside(context.scene):
+            draw_note(layout, context, line, icon="ERROR")
+        quality = next((each.label for each in QUALITIES if each.name == quality_of(grating)), "Own settings")
+        lamps = sum(not lamp.hidden for lamp in facts.scene.lamps)
+        parts = (
+            (SURFACE, _period(grating), lambda body: draw_surface(body, context, grating, facts=facts.grating)),
+            (LOOK, facts.grating.objects, lambda body: draw_look(body, context, grating, facts=facts.grating)),
+            (LIGHT, f"{lamps} lamp{'s' * (lamps != 1)}", lambda body: draw_light(body, context, grating, facts=facts)),
+            (QUALITY, quality, lambda body: draw_quality(body, context, grating)),
+        )
+        for step, text, draw in parts:
+            _draw_step(layout, step, text, state=state_of(step, following), draw=draw)
+
+
+class GratingPanel(_Drawn, bpy.types.Panel):
+    """Import, bake and assign gratings"""
+
+    bl_idname = "GRATING_PT_main"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Grating"
+
+
+class MaterialPanel(_Drawn, bpy.types.Panel):
+    """Import, bake and assign gratings"""
+
+    bl_idname = "GRATING_PT_material"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "material"
+    bl_options = {"DEFAULT_CLOSED"}
+
+
+class ShaderPanel(_Drawn, bpy.types.Panel):
+    """Import, bake and assign gratings"""
+
+    bl_idname = "GRATING_PT_shader"
+    bl_space_type = "NODE_EDITOR"
+    bl_region_type = "UI"
+    bl_category = "Grating"
+
+    @classmethod
+    def poll(cls, context):
+        return context.space_data.tree_type == "ShaderNodeTree"
 
 
 class ReferencePanel(bpy.types.Panel):
@@ -129,6 +167,10 @@ class ReferencePanel(bpy.types.Panel):
     bl_parent_id = GratingPanel.bl_idname
     bl_options = {"DEFAULT_CLOSED"}
 
+    @classmethod
+    def poll(cls, context):
+        return context.scene.natural_gratings.active() is not None
+
     @guarded_draw
     def draw(self, context):
         from ..materials.osl.script import missing_for_osl
@@ -137,6 +179,27 @@ class ReferencePanel(bpy.types.Panel):
         missing = missing_for_osl(context.scene)
         if missing:
             draw_note(self.layout, context, missing[0].upper() + missing[1:], icon="INFO")
+
+
+def _draw_start(layout, context) -> None:
+    """Draw what an artist can begin with: a preset by its picture, an own scan, or a sample."""
+    manager = context.window_manager
+    chosen_preset = getattr(manager, CHOSEN)
+    layout.template_icon_view(manager, CHOSEN, show_labels=True, scale=_PICTURE, scale_popup=_PICTURE_IN_LIST)
+    title = next((title for name, title, *_ in presets_with_pictures(manager, context) if name == chosen_preset), "")
+    layout.label(text=title)
+    column = layout.column(align=True)
+    column.scale_y = _LARGE
+    column.operator(ShowMe.bl_idname, icon="HIDE_OFF").preset = chosen_preset
+    chosen = [thing for thing in context.selected_objects if thing.type == "MESH"]
+    text = "Add to This Scene"
+    if chosen:
+        text = f"Put on {chosen[0].name}" if len(chosen) == 1 else f"Put on {len(chosen)} Meshes"
+    button = column.operator(AddPreset.bl_idname, text=text, icon="BRUSH_DATA")
+    button.preset, button.assign = chosen_preset, bool(chosen)
+    row = layout.row(align=True)
+    row.operator(ImportHeightMap.bl_idname, text="Import Scan...", icon="IMPORT")
+    row.menu(SampleMenu.bl_idname, text="", icon="DOWNARROW_HLT")
 
 
 def _draw_strays(layout, context, facts: SceneFacts) -> None:
@@ -148,139 +211,39 @@ def _draw_strays(layout, context, facts: SceneFacts) -> None:
         draw_note(layout, context, line, icon="INFO")
 
 
-def _draw_bake(layout, context, grating, *, facts: GratingFacts) -> None:
-    _draw_lines(layout, context, grating.summary)
-    draw_scans(layout, context, facts)
-    _draw_quality(layout, context, grating)
-    draw_steps(layout, context, grating, several=bool(facts.scans))
-    settings = layout.column(align=True)
-    settings.prop(grating, "delta_e")
-    settings.prop(grating, "coherence_um", text="Coherence (um)" if grating.coherence_um else "Coherence (auto)")
-    row = settings.row(align=True)
-    row.prop(grating, "matter")
-    if grating.matter != "DIELECTRIC":
-        row.prop(grating, "plate_ior", text="Plate")
-    if grating.matter == LAYERS:
-        settings.prop(grating, "layers", text="")
+def _draw_next(layout, context, following: Next | None) -> None:
+    """Draw what to do next, or the bake that is running."""
     if (job := running_bake()) is not None:
         stage, fraction = job.progress()
         layout.progress(factor=fraction, text=f"{stage} (Esc cancels)")
-    else:
-        layout.operator(BakeGrating.bl_idname, icon="RENDER_STILL")
-        if grating.bake_path:
-            row = layout.row(align=True)
-            row.operator(BakeNeeds.bl_idname, icon="CAMERA_DATA")
-            if grating.for_scene:
-                row.operator(BakeNeeds.bl_idname, text="", icon="X").everything = True
-    _draw_lines(layout, context, grating.bake_summary)
-    from ..gratings.baked_region import noticed_outside
-
-    if running_bake() is None and facts.outdated:
-        draw_note(layout, context, "Settings changed since this bake; press Bake Grating", icon="ERROR")
-
-    for line in noticed_outside(context.scene):
-        draw_note(layout, context, line, icon="ERROR")
-
-
-def _draw_quality(layout, context, grating) -> None:
-    """Draw a scan's quality rating and its findings."""
-    if not grating.quality:  # no scan: the grating was made from a bake
         return
-    light, *findings = grating.quality.splitlines()
-    column = layout.column(align=True)
-    column.label(text=f"Quality: {light}", icon=_LIGHT_ICONS.get(light, "QUESTION"))
-    for finding in findings:
-        draw_note(column, context, finding)
+    if following is None:
+        row = layout.row(align=True)
+        row.operator(AddLightRig.bl_idname, icon="OUTLINER_OB_LIGHT")
+        row.operator(WhyBlack.bl_idname, icon="QUESTION")
+        return
+    if following.sentence:
+        draw_note(layout, context, following.sentence, icon="INFO")
+    if following.operator:
+        row = layout.row()
+        row.scale_y = _LARGE
+        button = row.operator(following.operator, text=following.text, icon=following.icon)
+        for name, value in following.properties.items():
+            setattr(button, name, value)
 
 
-def _draw_lines(layout, context, summary: str) -> None:
-    """Draw each fact of a summary on its own line, because the sidebar is narrow."""
-    column = layout.column(align=True)
-    for fact in summary.splitlines():
-        draw_note(column, context, fact)
+def _draw_step(layout, step: str, text: str, *, state: str, draw) -> None:
+    """Draw a step of the work, folded unless it is the present one."""
+    header, body = layout.panel(f"GRATING_PT_{step[0]}_{state}", default_closed=state != NOW)
+    header.label(text=f"{step[2:]}: {text}" if text else step[2:], icon="CHECKMARK" if state == DONE else "NONE")
+    if body is not None:
+        draw(body)
 
 
-def _draw_material(layout, grating, facts: GratingFacts) -> None:
-    if facts.objects:
-        layout.label(text=facts.objects, icon="OBJECT_DATA")
-    column = layout.column(align=True)
-    column.operator(NewDiffractionMaterial.bl_idname, icon="MATERIAL")
-    column.operator(AssignToSelected.bl_idname, icon="BRUSH_DATA")
-    row = column.row(align=True)
-    row.operator(AddDiffraction.bl_idname, icon="ADD")
-    row.operator(RemoveDiffraction.bl_idname, icon="REMOVE", text="Remove")
-    chosen = next(label for name, label, _ in LIGHTS if name == grating.lit_by)
-    row = layout.row()
-    row.label(text="Lights")
-    row.operator_menu_enum(ChooseLights.bl_idname, "lights", text=chosen)
-    chosen = {name: label for name, label, _ in KINDS}[stored.choice(grating.frame_kind, FRAMES, STORED)]
-    row = layout.row()
-    row.label(text="Direction")
-    row.operator(ChooseDirection.bl_idname, text=chosen, icon="ORIENTATION_LOCAL")
-    _draw_comb(layout)
-    row = layout.row()
-    row.label(text="Variation")
-    row.operator(VaryGrating.bl_idname, text=facts.variation, icon="MOD_NOISE")
-    row = layout.row()
-    row.label(text="Hologram")
-    row.operator_menu_enum(AddHologram.bl_idname, "pattern", text=facts.hologram, icon="MESH_GRID")
-    row = layout.row()
-    row.prop(grating, "footprint")
-    row.prop(grating, "shadows")
-    layout.operator(AddDiffractionLamp.bl_idname, text="Add Diffraction Lamp", icon="LIGHT_AREA")
-
-
-def _draw_comb(layout) -> None:
-    if CombGrating.job is not None:
-        stage, fraction = CombGrating.job.progress()
-        layout.progress(factor=fraction, text=f"{stage} (Esc cancels)")
-    else:
-        layout.operator_menu_enum(CombGrating.bl_idname, "source", text=CombGrating.bl_label, icon="FORCE_WIND")
-
-
-def _draw_lamps(layout, context, grating, *, facts: Facts) -> None:
-    scene = facts.scene
-    lights = grating.lit_by
-    if facts.grating.no_set:
-        draw_note(layout, context, facts.grating.no_set, icon="ERROR")
-        lights = LAMPS_ONLY
-    layout.label(text="Lit by")
-    column = layout.column(align=True)
-    for lamp in scene.lamps:
-        row = column.row()
-        row.active = not lamp.hidden
-        row.label(text=f"{lamp.name} (hidden)" if lamp.hidden else lamp.name, icon=_ICONS[lamp.kind])
-    if lights == REST and scene.world:
-        _draw_world(column, context, scene.world)
-    if not scene.lamps:
-        if lights == LAMPS_ONLY:
-            draw_note(column, context, "The scene has no lamp, so the diffraction is black", icon="INFO")
-        column.operator(AddSun.bl_idname, icon="LIGHT_SUN")
-    for line in facts.grating.crowded:
-        draw_note(column, context, line, icon="ERROR")
-    for line in scene.features:
-        draw_note(column, context, line, icon="INFO")
-    if scene.instanced:
-        names = ", ".join(scene.instanced)
-        draw_note(column, context, f"Instanced: {names}; Apply > Make Instances Real", icon="ERROR")
-    for line in scene.wrong:
-        draw_note(column, context, line, icon="ERROR")
-    if scene.can_be_mended:
-        column.operator(MendMaterials.bl_idname, icon="FILE_REFRESH")
-    note = layout.column(align=True)
-    note.active = False
-    draw_note(note, context, _LIT_BY[lights])
-    if not compat.HAS_RAYCAST:
-        shade = "Before Blender 5.1, objects cast shadows on diffraction only in Cycles with Open Shading Language on."
-        draw_note(note, context, shade)
-
-
-def _draw_world(column, context, text: str) -> None:
-    """Draw how the scene's world lights the diffraction."""
-    if is_fitting():
-        text = "fitting its sources ..."
-    draw_note(column, context, f"{context.scene.world.name}: {text}", icon="WORLD")
-    if text == NOT_FITTED:
-        if (failure := last_failure(context.scene)) is not None:
-            draw_note(column, context, in_words(failure), icon="ERROR")
-        column.operator(FitWorld.bl_idname, icon="FILE_REFRESH")
+def _period(grating) -> str:
+    """A grating's period and its lines per millimetre, from its summary; empty if it is not known."""
+    for line in grating.summary.splitlines():
+        if line.startswith("period "):
+            period_nm = float(line.split()[1])
+            return f"{period_nm:.0f} nm, {1e6 / period_nm:.0f} lines/mm"
+    return ""

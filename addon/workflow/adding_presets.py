@@ -7,8 +7,12 @@ import bpy
 
 from ...precompute.presets.presets import Preset, read_preset
 from ..gratings.direction_source import RADIAL, STORED, DirectionSource
-from ..gratings.grating import Grating, request_record, unused_name
+from ..gratings.grating import Grating, active_grating, request_record, unused_name
+from .assigning import assign_to_meshes
+from .baking import bake_and_wait
+from .chosen_meshes import meshes_among
 from .importing import add_averaged, keep_if_new
+from .taking_drafts import take_draft
 
 # The source of the scan's direction for each direction of a preset. A disc's axis is its object's Z axis.
 SOURCES = {"stored": DirectionSource(STORED), "radial": DirectionSource(RADIAL, axis="Z")}
@@ -27,10 +31,21 @@ def add_preset(scene: bpy.types.Scene, name: str) -> Grating:
 
 
 def import_preset(scene: bpy.types.Scene, name: str) -> str:
-    """Add a preset as add_preset does. If the list has an identical grating already, that one becomes active instead.
-    Returns a line for the grating. Raises GratingError as add_preset does."""
-    add_preset(scene, name)
+    """Add a preset at draft quality, with its shipped draft if there is one. If the list has an identical grating
+    already, that one becomes active instead. Returns a line for the grating. Raises GratingError as add_preset does."""
+    take_draft(add_preset(scene, name), read_preset(name))
     return keep_if_new(scene)
+
+
+def put_preset(scene: bpy.types.Scene, name: str, objects: list[bpy.types.Object]) -> list[str]:
+    """Add a preset as import_preset does, bake it if no draft ships, and put it on the meshes among the objects.
+    Returns lines to report. Raises GratingError as add_preset and assign_to_meshes do."""
+    meshes_among(scene, objects, SOURCES[read_preset(name).direction])  # first, because it may raise
+    line = import_preset(scene, name)
+    grating = active_grating(scene)
+    if not grating.bake_path:
+        bake_and_wait(grating)
+    return [line, *assign_to_meshes(scene, objects)]
 
 
 def _take_look(grating: Grating, preset: Preset) -> None:

@@ -7,11 +7,11 @@ from mathutils import Matrix
 
 from ...precompute.base.failure import GratingError
 from ..snakes.mesh import add_bones, new_mesh
-from ..snakes.poses import POSES
+from ..snakes.poses import posed_spine
 from ..snakes.shape import snake_shape
 from ..snakes.shed import shed_shape
-from ..snakes.skins import new_eye, new_shed, new_skin
-from ..snakes.spine import Spine, spine_along
+from ..snakes.skins import give_skin, new_shed
+from ..snakes.spine import spine_along
 
 # The pose that follows the active curve.
 ALONG_CURVE = "CURVE"
@@ -28,11 +28,10 @@ def add_snake(
         raise GratingError("snake", f"a length of {length_m:g} m", "give 0.01 to 100")
     _refuse_hidden(context)
     along_curve = pose == ALONG_CURVE
-    spine = spine_along(_curve_points(context)) if along_curve else _posed(pose, length_m)
+    spine = spine_along(_curve_points(context)) if along_curve else posed_spine(pose, length_m)
     shape = snake_shape(spine, species, faces=faces, seed=seed)
     mesh = new_mesh("Snake", shape)
-    for material in (new_skin(species), new_eye()):
-        mesh.materials.append(material)
+    give_skin(mesh, species)
     snake = _add(context, mesh)
     if not along_curve:
         snake.matrix_world = _at_cursor(context)
@@ -71,13 +70,6 @@ def _add(context: bpy.types.Context, mesh: bpy.types.Mesh) -> bpy.types.Object:
     added.select_set(True)
     context.view_layer.objects.active = added
     return added
-
-
-def _posed(pose: str, length_m: float) -> Spine:
-    """The spine of a pose, centred over the origin, with its lowest point at z = 0."""
-    spine = spine_along(POSES[pose], length_m)
-    low, high = spine.points.min(axis=0), spine.points.max(axis=0)
-    return spine._replace(points=spine.points - (*(low + high)[:2] / 2, low[2]))
 
 
 def _at_cursor(context: bpy.types.Context) -> Matrix:

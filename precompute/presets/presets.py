@@ -9,6 +9,7 @@ A new file is a new preset: the command line and Blender's menu list it. The fil
     base_roughness  roughness of that material, from 0 to 1
     direction       what the scan's x axis follows: one of DIRECTIONS; it may be missing
     inputs          numbers for the inputs of the Diffraction node, by name; it may be missing
+    shape           what Show Me puts it on, one of SHAPES; it may be missing
     hologram        a pattern and numbers for its inputs (preset_hologram.py); it may be missing
     sources         lines that say where each number comes from, or that it was chosen by eye
 """
@@ -32,6 +33,9 @@ from .preset_hologram import PresetHologram, hologram_from, numbers_in
 FOLDER = Path(__file__).parent
 # The choices of `direction`: the direction that the mesh stores, or outwards from the object's Z axis as on a disc.
 DIRECTIONS = ("stored", "radial")
+# The choices of `shape`. The first is the default.
+SNAKES = ("xenopeltis", "elaphe")
+SHAPES = ("ball", "sheet", "disc", "record", *SNAKES)
 # The inputs of the Diffraction node that a preset may set, with their limits.
 INPUTS = {
     "Base Blend": (0.0, 1.0),
@@ -43,7 +47,7 @@ INPUTS = {
     "Height Scale": (0.0, 1.0),
 }
 _REQUIRED = ("title", "request", "base_color", "base_roughness", "sources")
-_KEYS = (*_REQUIRED, "direction", "inputs", "hologram")
+_KEYS = (*_REQUIRED, "direction", "shape", "inputs", "hologram")
 # The longest title in characters; a menu shows it. A source is a line of a table.
 _TITLE_MAX, _SOURCE_MAX = 60, 400
 _WORKING = "compare it with a preset that works"
@@ -59,6 +63,7 @@ class Preset:
     base_color      linear red, green and blue of the material under the relief
     base_roughness  roughness of that material
     direction       what the scan's x axis follows, one of DIRECTIONS
+    shape           what Show Me puts it on, one of SHAPES
     inputs          values for inputs of the Diffraction node
     hologram        the pattern that its material begins with, or None
     sources         where each number comes from, a line each"""
@@ -69,6 +74,7 @@ class Preset:
     base_color: tuple[float, float, float]
     base_roughness: float
     direction: str
+    shape: str
     inputs: Mapping[str, float]
     hologram: PresetHologram | None
     sources: tuple[str, ...]
@@ -100,7 +106,8 @@ def read_preset(name: str, folder: Path = FOLDER) -> Preset:
         request=_request(file, record["request"]),
         base_color=_colour(file, record["base_color"]),
         base_roughness=number_in(file, "base_roughness", record["base_roughness"], limits=(0.0, 1.0)),
-        direction=_direction(file, record.get("direction", DIRECTIONS[0])),
+        direction=_one_of(file, "direction", record.get("direction", DIRECTIONS[0]), choices=DIRECTIONS),
+        shape=_one_of(file, "shape", record.get("shape", SHAPES[0]), choices=SHAPES),
         inputs=inputs_of(record.get("inputs", {}), file),
         hologram=hologram_from(record["hologram"], file) if "hologram" in record else None,
         sources=_sources(file, record["sources"]),
@@ -149,9 +156,9 @@ def _colour(file: str, value: Any) -> tuple[float, float, float]:
     return red, green, blue
 
 
-def _direction(file: str, value: Any) -> str:
-    if value not in DIRECTIONS:
-        raise GratingError(file, f"direction: cannot be {value!r:.30}", f"give one of {', '.join(DIRECTIONS)}")
+def _one_of(file: str, key: str, value: Any, *, choices: tuple[str, ...]) -> str:
+    if value not in choices:
+        raise GratingError(file, f"{key}: cannot be {value!r:.30}", f"give one of {', '.join(choices)}")
     return str(value)
 
 

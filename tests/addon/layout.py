@@ -5,9 +5,13 @@ from types import SimpleNamespace
 
 
 class Layout:
-    """A layout, including all its rows, columns and sub-panels."""
+    """A layout, including all its rows, columns and sub-panels. `folded`: sub-panels that are closed by default are not
+    drawn, as Blender has it."""
 
-    def __init__(self):
+    operator_context, active, scale_y = "", True, 1.0
+
+    def __init__(self, folded=True):
+        self.folded = folded
         self.labels, self.icons, self.props, self.operators, self.lists, self.pictures = [], [], [], [], [], 0
 
     def label(self, text="", icon="NONE"):
@@ -31,6 +35,16 @@ class Layout:
     def template_icon(self, icon_value, scale):
         self.pictures += 1
 
+    def template_icon_view(self, data, name, **_):
+        getattr(data, name)
+        self.pictures += 1
+
+    def menu(self, *_, **__):
+        pass
+
+    def progress(self, **_):
+        pass
+
     def row(self, align=False):
         return self
 
@@ -41,7 +55,7 @@ class Layout:
         return self
 
     def panel(self, _name, default_closed=False):
-        return self, None if default_closed else self
+        return self, None if default_closed and self.folded else self
 
     def noted(self, icon):
         """The labels with an icon, each with its continuation lines, as one text."""
@@ -59,6 +73,7 @@ def context_of(width=300):
 
     return SimpleNamespace(
         region=SimpleNamespace(width=width), preferences=SimpleNamespace(system=SimpleNamespace(ui_scale=1)),
-        scene=bpy.context.scene, view_layer=bpy.context.view_layer,
+        scene=bpy.context.scene, view_layer=bpy.context.view_layer, window_manager=bpy.context.window_manager,
+        active_object=bpy.context.active_object, selected_objects=bpy.context.selected_objects, space_data=None,
         evaluated_depsgraph_get=bpy.context.evaluated_depsgraph_get,
     )  # fmt: skip

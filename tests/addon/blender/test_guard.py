@@ -35,7 +35,7 @@ def test_every_method_that_draws_or_follows_is_guarded():
                 if method.name in METHODS or method.name.startswith("draw_"):
                     found.add((owner.name, method.name))
                     assert METHODS[method.name] in decorators(method), f"{path}: {owner.name}.{method.name}"
-    assert {("GratingPanel", "draw"), ("StepList", "draw_item"), ("FollowsJob", "modal")} <= found
+    assert {("_Drawn", "draw"), ("StepList", "draw_item"), ("FollowsJob", "modal")} <= found
 
 
 def test_every_timer_and_persistent_handler_is_guarded():

@@ -203,21 +203,9 @@ DONE = {
 }
 
 
-class PanelLayout(Layout):
-    """A layout for the whole panel."""
-
-    operator_context, active = "", True
-
-    def menu(self, *_, **__):
-        pass
-
-    def progress(self, **_):
-        pass
-
-
 def drawn(it):
-    """Draw the panel; returns its warnings as one text."""
-    layout = PanelLayout()
+    """Draw the panel with all of its steps; returns its warnings as one text."""
+    layout = Layout(folded=False)
     it.addon.panel.GratingPanel.draw(SimpleNamespace(layout=layout), context_of())
     return layout.noted("ERROR")
 

@@ -73,7 +73,7 @@ def test_sources_that_do_not_fit_are_left_to_the_rest(addon, scene, grating, gro
     )
     assert line in reports(bpy.ops.grating.assign, capfd)
     layout, context = Layout(), context_of()
-    addon.panel._draw_lamps(layout, context, grating, facts=addon.facts.facts_of(context))
+    addon.light_part.draw_warnings(layout, context, addon.facts.facts_of(context))
     assert line in layout.noted("ERROR")
     # Without a change the group is not rebuilt.
     monkeypatch.setattr(addon.skin, "fill_group", lambda *_, **__: pytest.fail("the group is built again"))

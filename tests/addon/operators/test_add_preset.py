@@ -9,6 +9,7 @@ import bpy
 import pytest
 
 from devtools import EXTENSION
+from precompute.presets.drafts import draft_request
 from precompute.presets.preset_hologram import PATTERNS
 from precompute.presets.presets import INPUTS, preset_names, read_preset
 
@@ -23,7 +24,8 @@ def test_it_adds_a_grating_with_the_request_and_the_look_of_the_file(scene, name
     assert bpy.ops.grating.add_preset(preset=name) == {"FINISHED"}
     grating, preset = scene.natural_gratings.active(), read_preset(name)
     assert grating.name == preset.title
-    assert grating.bake_request().as_dict() == preset.request.as_dict()
+    draft = draft_request(preset.request).as_dict() | {"coherence_um": pytest.approx(10.0)}
+    assert grating.bake_request().as_dict() == draft
     assert grating.source == grating.source_file() == preset.request.scans[0].source
     assert tuple(grating.look.base_color) == pytest.approx(preset.base_color)
     assert grating.look.base_roughness == pytest.approx(preset.base_roughness)
@@ -62,17 +64,17 @@ def test_a_faulty_file_is_reported_in_one_line(module, monkeypatch):
     monkeypatch.setattr(importlib.import_module(f"{EXTENSION}.addon.workflow.adding_presets"), "read_preset", fail)
     assert module._item("cd") == ("cd", "cd", str(faulty))
     told = []
-    operator = SimpleNamespace(preset="cd", report=lambda *line: told.append(line))
+    operator = SimpleNamespace(preset="cd", assign=False, report=lambda *line: told.append(line))
     assert module.AddPreset.execute(operator, bpy.context) == {"CANCELLED"}
     assert told == [({"ERROR"}, "cd.json: title: is missing; add `title`")]
 
 
 def test_the_enumeration_is_the_folder_s(module):
-    items = module._presets(None, None)
+    items = module.presets(None, None)
     assert [name for name, *_ in items] == list(preset_names())
     titles = [read_preset(name).title for name in preset_names()]
     assert [title for _, title, _ in items] == titles
-    assert module._presets(None, None) is items  # Blender needs the same texts each time
+    assert module.presets(None, None) is items  # Blender needs the same texts each time
 
 
 def test_the_menu_lists_them(addon):

@@ -11,7 +11,6 @@ from PIL import Image
 
 from sample_scenes import animal, discs, relight, scenes
 from sample_scenes.demo import Stopwatch
-from sample_scenes.discs import CLEAR_M, WRITTEN_M, ring
 
 SCRIPTS = [name for name, scene in scenes.SCENES.items() if scene.script != "animal.py"]
 
@@ -54,16 +53,6 @@ def test_a_room_without_its_panorama_is_refused(capsys):
     with pytest.raises(SystemExit):
         animal.main(["--output", "a.blend", "--view", "room"])
     assert "sample_scenes.room" in capsys.readouterr().err
-
-
-def test_tracks_of_a_disc_run_round(addon):
-    points, quads, uv = ring(CLEAR_M, WRITTEN_M, 0.0)
-    radius = np.linalg.norm(points[:, :2], axis=1)[quads]
-    assert (
-        (uv[..., 0] > uv[..., 0].mean(axis=1, keepdims=True)) == (radius > radius.mean(axis=1, keepdims=True))
-    ).all()
-    edges = np.diff(points[quads], axis=1)
-    assert (np.cross(edges[:, 0], edges[:, 1])[:, 2] > 0).all()
 
 
 @pytest.mark.parametrize("world", scenes.WORLDS)

@@ -77,10 +77,11 @@ def drawn(addon, grating):
     labels = []
     layout = SimpleNamespace(label=lambda text, icon="NONE": labels.append((text, icon)))
     layout.column = lambda align=False: layout
+    layout.operator = lambda name, text, icon: labels.append((text, icon)) or SimpleNamespace()
     context = SimpleNamespace(
         region=SimpleNamespace(width=2000), preferences=SimpleNamespace(system=SimpleNamespace(ui_scale=1))
     )
-    addon.panel._draw_quality(layout, context, grating)
+    addon.surface_part.draw_rating(layout, context, grating)
     return labels
 
 
@@ -92,14 +93,17 @@ def test_the_panel_shows_what_limits_a_scan(addon, scene, tmp_path):
     Image.fromarray(np.clip(grey, 0, 255).astype(np.uint8)).save(tmp_path / "dusty.png")
     bpy.ops.grating.import_height_map(filepath=str(tmp_path / "dusty.png"), size_um=16, height_nm=80)
     (light, icon), *findings = drawn(addon, scene.natural_gratings.active())
-    assert (light, icon) == ("Quality: good", "CHECKMARK") and findings == []
+    assert (light, icon) == ("Scan: good", "CHECKMARK") and findings == []
     grey[100:110, 60:70] = 25500
     Image.fromarray((np.clip(grey, 0, 600) * 100).astype(np.uint16)).save(tmp_path / "worse.png")
     bpy.ops.grating.import_height_map(filepath=str(tmp_path / "worse.png"), size_um=16, height_nm=80 * 65535 / 25500)
     (light, icon), *findings = drawn(addon, scene.natural_gratings.active())
-    assert (light, icon) == ("Quality: usable", "INFO")
-    assert [text.partition(":")[0] for text, _ in findings] == ["dirt"]
-    assert findings[0][0].endswith("bake it with Levelling plane,dust")
+    assert (light, icon) == ("Scan: usable", "INFO")
+    (text, _), button = findings
+    assert text.startswith("dirt: ") and text.endswith("bake it with Levelling plane,dust")
+    assert button == ("Add Dust Step", "ADD")
+    bpy.ops.grating.add_step(kind="dust")
+    assert len(drawn(addon, scene.natural_gratings.active())) == 2  # the step is there
 
 
 def test_of_a_grating_without_a_scan_no_quality_is_drawn(addon, scene):

@@ -7,8 +7,7 @@ import bpy
 import pytest
 
 from tests.addon.conftest import reports, select
-from tests.addon.layout import context_of
-from tests.addon.materials.test_lost_blocks import PanelLayout
+from tests.addon.layout import Layout, context_of
 
 REMEDY = "Diffraction waves: linked from guest.blend; to adopt it, select its objects and use Object > Relations > "
 
@@ -41,7 +40,7 @@ def gratings():
 
 
 def drawn(addon):
-    layout = PanelLayout()
+    layout = Layout()
     addon.panel.GratingPanel.draw(SimpleNamespace(layout=layout), context_of())
     return layout
 
@@ -57,7 +56,7 @@ def test_an_appended_material_becomes_a_grating(file, addon, capfd):
     assert shown == ("LAMPS", False, False, "AXIS", "Y")
     assert made.baked_file().is_file() and made.group.name == made.material.name == "Diffraction waves"
     layout = drawn(addon)
-    assert "On: Guest" in layout.labels and "grating.adopt" not in layout.operators
+    assert "Look: On: Guest" in layout.labels and "grating.adopt" not in layout.operators
     made.name = "scales"
     assert made.group.name == made.material.name == "Diffraction scales"
     bpy.ops.grating.lights(lights="REST")
@@ -89,7 +88,7 @@ def test_a_pasted_copy_follows_its_grating(file, addon, capfd):
     (node,) = addon.material.diffraction_nodes(copy.active_material)
     assert node.node_tree == made.group and node.inputs["Strength"].default_value == 0.5
     assert {kind: sorted(getattr(bpy.data, kind).keys()) for kind in held} == held
-    assert "On: Guest and Guest.001" in drawn(addon).labels
+    assert "Look: On: Guest and Guest.001" in drawn(addon).labels
 
 
 def test_a_linked_material_says_how_to_make_it_local(file, addon):

@@ -81,7 +81,7 @@ def test_the_panel_offers_a_fit_that_has_work_and_tells_one_that_failed(addon, s
 
     def drawn():
         layout, context = Layout(), context_of()
-        addon.panel._draw_lamps(layout, context, grating, facts=addon.facts.facts_of(context))
+        addon.light_part.draw_light(layout, context, grating, facts=addon.facts.facts_of(context))
         return layout
 
     assert "grating.fit_world" not in drawn().operators

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The panel's step Light: the lamps and the world that light the grating."""
+
+from ..blender import compat
+from ..gratings.lights_choice import ALL, LAMPS_ONLY, LIGHTS, REST
+from ..gratings.wording import in_words
+from ..operators.add_diffraction_lamp import AddDiffractionLamp
+from ..operators.add_light_rig import AddLightRig
+from ..operators.choose_lights import ChooseLights
+from ..operators.fit_world import FitWorld
+from ..operators.mend import MendMaterials
+from ..operators.why_black import WhyBlack
+from ..workflow.fitting_worlds import is_fitting, last_failure
+from .facts import NOT_FITTED, Facts
+from .notes import draw_note
+
+_ICONS = {"SUN": "LIGHT_SUN", "POINT": "LIGHT_POINT", "SPOT": "LIGHT_SPOT", "AREA": "LIGHT_AREA"}
+# How each choice of lights lights the diffraction.
+_LIT_BY = {
+    LAMPS_ONLY: "Only lamps light the diffraction. The world and Material Preview's studio light have no effect.",
+    REST: "Lamps are noise-free. The rest of the world and light from other objects are sampled at random, with noise.",
+    ALL: "Every light is sampled at random. Small lamps need many samples.",
+}
+
+
+def draw_light(layout, context, grating, *, facts: Facts) -> None:
+    """Draw what lights a grating, and what is wrong with it."""
+    scene = facts.scene
+    lights = grating.lit_by
+    row = layout.row(align=True)
+    row.operator_menu_enum(AddLightRig.bl_idname, "kind", text=AddLightRig.bl_label, icon="OUTLINER_OB_LIGHT")
+    row.operator(AddDiffractionLamp.bl_idname, text="", icon="LIGHT_AREA")
+    chosen = next(label for name, label, _ in LIGHTS if name == lights)
+    row = layout.row()
+    row.label(text="Lit by")
+    row.operator_menu_enum(ChooseLights.bl_idname, "lights", text=chosen)
+    if facts.grating.no_set:
+        lights = LAMPS_ONLY
+    column = layout.column(align=True)
+    for lamp in scene.lamps:
+        row = column.row()
+        row.active = not lamp.hidden
+        row.label(text=f"{lamp.name} (hidden)" if lamp.hidden else lamp.name, icon=_ICONS[lamp.kind])
+    if lights == REST and scene.world:
+        _draw_world(column, context, scene.world)
+    if not scene.lamps and lights == LAMPS_ONLY:
+        draw_note(column, context, "The scene has no lamp, so the diffraction is black", icon="INFO")
+    for line in facts.scene.features:
+        draw_note(column, context, line, icon="INFO")
+    note = layout.column(align=True)
+    note.active = False
+    draw_note(note, context, _LIT_BY[lights])
+    if not compat.HAS_RAYCAST:
+        shade = "Before Blender 5.1, objects cast shadows on diffraction only in Cycles with Open Shading Language on."
+        draw_note(note, context, shade)
+    layout.operator(WhyBlack.bl_idname, icon="QUESTION")
+
+
+def draw_warnings(layout, context, facts: Facts) -> None:
+    """Draw what makes the picture wrong, and the button that mends it. It is drawn although the step is folded."""
+    column = layout.column(align=True)
+    if facts.grating.no_set:
+        draw_note(column, context, facts.grating.no_set, icon="ERROR")
+    for line in facts.grating.crowded:
+        draw_note(column, context, line, icon="ERROR")
+    if facts.scene.instanced:
+        names = ", ".join(facts.scene.instanced)
+        draw_note(column, context, f"Instanced: {names}; Apply > Make Instances Real", icon="ERROR")
+    for line in facts.scene.wrong:
+        draw_note(column, context, line, icon="ERROR")
+    if facts.scene.can_be_mended:
+        column.operator(MendMaterials.bl_idname, icon="FILE_REFRESH")
+
+
+def _draw_world(column, context, text: str) -> None:
+    """Draw how the scene's world lights the diffraction."""
+    if is_fitting():
+        text = "fitting its sources ..."
+    draw_note(column, context, f"{context.scene.world.name}: {text}", icon="WORLD")
+    if text == NOT_FITTED:
+        if (failure := last_failure(context.scene)) is not None:
+            draw_note(column, context, in_words(failure), icon="ERROR")
+        column.operator(FitWorld.bl_idname, icon="FILE_REFRESH")

@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The panel's step Look: what the surface is made of, the material's values, its direction, variation and pattern."""
+
+from ..blender import stored
+from ..gratings.direction_source import FRAMES, KINDS, STORED
+from ..gratings.matter_fields import LAYERS
+from ..operators.add_diffraction import AddDiffraction
+from ..operators.add_hologram import AddHologram
+from ..operators.assign import AssignToSelected
+from ..operators.choose_direction import ChooseDirection
+from ..operators.comb_grating import CombGrating
+from ..operators.new_material import NewDiffractionMaterial
+from ..operators.remove_diffraction import RemoveDiffraction
+from ..operators.vary_grating import VaryGrating
+from .facts import GratingFacts
+
+# Inputs of the Diffraction node, with an artist's word for each. They answer at once, without a bake.
+_DIALS = (
+    ("Strength", "Strength"),
+    ("Roughness", "Softness"),
+    ("Period Scale", "Hue by Period"),
+    ("Rotation", "Rotation"),
+    ("IOR", "IOR"),
+)
+
+
+def draw_look(layout, context, grating, *, facts: GratingFacts) -> None:
+    """Draw what a grating is made of, and how its material looks."""
+    _draw_matter(layout, grating)
+    node = _shown_node(context, grating)
+    if node is not None:
+        _draw_dials(layout, node)
+    _draw_choices(layout, grating, facts)
+    _draw_comb(layout)
+    column = layout.column(align=True)
+    row = column.row(align=True)
+    row.operator(AssignToSelected.bl_idname, icon="BRUSH_DATA", text="Assign")
+    row.operator(AddDiffraction.bl_idname, icon="ADD", text="Add")
+    row.operator(RemoveDiffraction.bl_idname, icon="REMOVE", text="Remove")
+    column.operator(NewDiffractionMaterial.bl_idname, icon="MATERIAL")
+    if facts.objects:
+        layout.label(text=facts.objects, icon="OBJECT_DATA")
+
+
+def _draw_matter(layout, grating) -> None:
+    column = layout.column(align=True)
+    row = column.row(align=True)
+    row.prop(grating, "matter", text="")
+    if grating.matter != "DIELECTRIC":
+        row.prop(grating, "plate_ior", text="Plate")
+    if grating.matter == LAYERS:
+        column.prop(grating, "layers", text="")
+
+
+def _shown_node(context, grating):
+    """The Diffraction node that the dials set: of the active object if it shows the grating, else of the grating's own
+    material. None without either."""
+    from ..materials.material import diffraction_nodes  # a file without a grating never needs it
+
+    group = grating.group
+    active = getattr(context, "active_object", None)
+    slots = [] if active is None else [slot.material for slot in active.material_slots]
+    for material in (*slots, grating.material):
+        for node in diffraction_nodes(material):
+            if group is not None and node.node_tree == group:
+                return node
+    return None
+
+
+def _draw_dials(layout, node) -> None:
+    column = layout.column(align=True)
+    for name, word in _DIALS:
+        socket = node.inputs.get(name)
+        if socket is None:
+            continue
+        if socket.is_linked:
+            column.label(text=f"{word}: by nodes", icon="NODETREE")
+        else:
+            column.prop(socket, "default_value", text=word)
+
+
+def _draw_choices(layout, grating, facts: GratingFacts) -> None:
+    column = layout.column(align=True)
+    chosen = {name: label for name, label, _ in KINDS}[stored.choice(grating.frame_kind, FRAMES, STORED)]
+    row = column.row()
+    row.label(text="Direction")
+    row.operator(ChooseDirection.bl_idname, text=chosen, icon="ORIENTATION_LOCAL")
+    row = column.row()
+    row.label(text="Variation")
+    row.operator(VaryGrating.bl_idname, text=facts.variation, icon="MOD_NOISE")
+    row = column.row()
+    row.label(text="Pattern")
+    row.operator_menu_enum(AddHologram.bl_idname, "pattern", text=facts.hologram, icon="MESH_GRID")
+
+
+def _draw_comb(layout) -> None:
+    if CombGrating.job is not None:
+        stage, fraction = CombGrating.job.progress()
+        layout.progress(factor=fraction, text=f"{stage} (Esc cancels)")
+    else:
+        layout.operator_menu_enum(CombGrating.bl_idname, "source", text=CombGrating.bl_label, icon="FORCE_WIND")

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The steps of the work, and what to do next."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import bpy
+
+from ..gratings.grating import Grating
+from ..gratings.lights_choice import LAMPS_ONLY
+from ..operators.add_light_rig import AddLightRig
+from ..operators.assign import AssignToSelected
+from ..operators.bake_grating import BakeGrating
+from ..operators.why_black import MendCause
+from .facts import Facts
+
+SURFACE, LOOK, LIGHT, QUALITY = "1 Surface", "2 Look", "3 Light", "4 Quality"
+# The states of a step. Blender remembers for each state whether the artist folded the step.
+DONE, NOW, LATER = "done", "now", "later"
+
+
+@dataclass(frozen=True)
+class Next:
+    """What to do next: the step that it belongs to, and a button, or a sentence if no button does it."""
+
+    step: str
+    sentence: str = ""
+    operator: str = ""
+    text: str = ""
+    icon: str = "NONE"
+    properties: Mapping[str, Any] = field(default_factory=dict)
+
+
+def next_step(context: bpy.types.Context, grating: Grating, facts: Facts) -> Next | None:
+    """What to do next with the active grating; None if it is baked, on an object, lit and shown."""
+    if not grating.bake_path:
+        return Next(SURFACE, operator=BakeGrating.bl_idname, text="Bake", icon="RENDER_STILL")
+    if facts.grating.outdated:
+        return Next(
+            SURFACE, "Settings changed since this bake", BakeGrating.bl_idname, text="Bake Again", icon="RENDER_STILL"
+        )
+    if not facts.grating.is_shown:
+        chosen = [thing for thing in context.selected_objects if thing.type == "MESH"]
+        if not chosen:
+            return Next(LOOK, "Select a mesh in the 3D view. It will show the grating")
+        text = f"Assign to {chosen[0].name}" if len(chosen) == 1 else f"Assign to {len(chosen)} Meshes"
+        return Next(LOOK, operator=AssignToSelected.bl_idname, text=text, icon="BRUSH_DATA")
+    if not is_lit(grating, facts):
+        return Next(
+            LIGHT, "Nothing lights the grating", AddLightRig.bl_idname, text="Add a Light Rig", icon="LIGHT_SUN"
+        )
+    view = context.space_data
+    if isinstance(view, bpy.types.SpaceView3D) and view.shading.type != "RENDERED":
+        return Next(
+            LIGHT, operator=MendCause.bl_idname, text="Switch to Rendered", icon="SHADING_RENDERED",
+            properties={"action": "RENDERED"},
+        )  # fmt: skip
+    return None
+
+
+def is_lit(grating: Grating, facts: Facts) -> bool:
+    """Whether a lamp, or the world where it counts, lights the grating."""
+    lamps = any(not lamp.hidden for lamp in facts.scene.lamps)
+    return lamps or (grating.lit_by != LAMPS_ONLY and bool(facts.scene.world))
+
+
+def state_of(step: str, following: Next | None) -> str:
+    """The state of a step, given what to do next. Quality is never what to do next, so it stays folded."""
+    order = (SURFACE, LOOK, LIGHT)
+    if step == QUALITY:
+        return LATER
+    if following is None or order.index(step) < order.index(following.step):
+        return DONE
+    return NOW if step == following.step else LATER

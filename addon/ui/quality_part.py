@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The panel's step Quality: how exact the bake is, its memory, and the material's switches."""
+
+from ..gratings.bake_quality import QUALITIES, quality_of
+from ..operators.bake_grating import BakeGrating
+from ..operators.bake_needs import BakeNeeds
+from ..operators.choose_quality import ChooseQuality
+from ..operators.follows_bake import running_bake
+from .notes import draw_facts
+
+
+def draw_quality(layout, context, grating) -> None:
+    """Draw how exact a grating's bake is, and what it costs."""
+    row = layout.row(align=True)
+    chosen = quality_of(grating)
+    for each in QUALITIES:
+        row.operator(ChooseQuality.bl_idname, text=each.label, depress=each.name == chosen).quality = each.name
+    if running_bake() is None:
+        row = layout.row(align=True)
+        row.operator(BakeGrating.bl_idname, icon="RENDER_STILL")
+        if grating.bake_path:
+            row.operator(BakeNeeds.bl_idname, text="For Camera", icon="CAMERA_DATA")
+            if grating.for_scene:
+                row.operator(BakeNeeds.bl_idname, text="", icon="X").everything = True
+    row = layout.row()
+    row.prop(grating, "footprint")
+    row.prop(grating, "shadows")
+    header, body = layout.panel("GRATING_PT_details", default_closed=True)
+    header.label(text="Details")
+    if body is not None:
+        settings = body.column(align=True)
+        settings.prop(grating, "delta_e")
+        settings.prop(grating, "coherence_um", text="Coherence (um)" if grating.coherence_um else "Coherence (auto)")
+        draw_facts(body, context, grating.bake_summary)

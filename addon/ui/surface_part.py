@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The panel's step Surface: the scan, its rating and its levelling."""
+
+import re
+
+from ...precompute.base.failure import Setting
+from ..gratings.wording import LABELS
+from ..operators.level_steps import AddLevellingStep
+from .facts import GratingFacts
+from .notes import draw_facts, draw_note
+from .steps_panel import draw_scans, draw_steps
+
+_LIGHT_ICONS = {"good": "CHECKMARK", "usable": "INFO", "poor": "ERROR"}
+
+
+def draw_surface(layout, context, grating, *, facts: GratingFacts) -> None:
+    """Draw the facts of a grating's scan, and how it is levelled."""
+    draw_facts(layout, context, grating.summary or "Made from a bake, without a scan")
+    draw_scans(layout, context, facts)
+    draw_rating(layout, context, grating)
+    draw_steps(layout, context, grating, several=bool(facts.scans))
+
+
+def draw_rating(layout, context, grating) -> None:
+    """Draw a scan's quality rating and its findings."""
+    if not grating.quality:  # no scan: the grating was made from a bake
+        return
+    light, *findings = grating.quality.splitlines()
+    column = layout.column(align=True)
+    column.label(text=f"Scan: {light}", icon=_LIGHT_ICONS.get(light, "QUESTION"))
+    present = {step.text.partition(":")[0] for step in grating.steps}
+    for finding in findings:
+        draw_note(column, context, finding)
+        for kind in _steps_in(finding):
+            if kind not in present:
+                button = column.operator(AddLevellingStep.bl_idname, text=f"Add {kind.capitalize()} Step", icon="ADD")
+                button.kind = kind
+
+
+def _steps_in(finding: str) -> list[str]:
+    """The kinds of steps that a finding advises: dust in "...; bake it with Levelling plane,dust"."""
+    found = re.search(rf"{LABELS[Setting.LEVEL]} ([\w,:]+)", finding)
+    return [text.partition(":")[0] for text in found[1].split(",")] if found else []

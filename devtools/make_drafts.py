@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Makes the draft bakes of the presets that the packages ship, in drafts/. Bakes of an earlier run come from the cache.
+
+python -m devtools.make_drafts [--preset cd]"""
+
+import sys
+from functools import partial
+from pathlib import Path
+
+from precompute.bake import cache
+from precompute.bake.bake_folder import are_facts, bake_to_folder
+from precompute.bake.request import BakeRequest
+from precompute.base.progress import silent
+from precompute.cli.parser import OneLineParser
+from precompute.presets.drafts import draft_request, shipped_draft, write_draft
+from precompute.presets.presets import preset_names, read_preset
+from precompute.surface.height_map import HeightMap
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Make the drafts that are missing or outdated. Returns the exit status."""
+    parser = OneLineParser(prog="devtools.make_drafts", description=__doc__.splitlines()[0])
+    parser.add_argument("--preset", action="append", choices=preset_names(), help="which; default all")
+    for name in parser.parse_args(argv).preset or preset_names():
+        request = draft_request(read_preset(name).request)
+        if shipped_draft(name, request) is None:
+            height_maps = [scan.read() for scan in request.scans]
+            write_draft(name, request, partial(_bake, height_maps, request))
+        print(name, flush=True)
+    return 0
+
+
+def _bake(height_maps: list[HeightMap], request: BakeRequest, folder: Path) -> dict:
+    return cache.bake_once(
+        cache.key_of(height_maps, request),
+        folder,
+        partial(bake_to_folder, height_maps, request, progress=silent),
+        believed=lambda facts: are_facts(facts, height_maps),
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())

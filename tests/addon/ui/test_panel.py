@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The panel as a path: what to do next, and which step is open."""
+
+from types import SimpleNamespace
+
+import bpy
+import pytest
+
+from tests.addon.layout import Layout, context_of
+
+
+@pytest.fixture
+def panel(addon):
+    """Draws the panel; returns the layout."""
+
+    def draw(folded=True, **context):
+        layout = Layout(folded)
+        given = context_of()
+        vars(given).update(context)
+        addon.panel.GratingPanel.draw(SimpleNamespace(layout=layout), given)
+        assert not [label for label in layout.labels if "report this line" in label]
+        return layout
+
+    return draw
+
+
+@pytest.fixture
+def following(addon, scene):
+    """Tells what to do next."""
+
+    def tell(**context):
+        given = context_of()
+        vars(given).update(context)
+        return addon.next_step.next_step(given, scene.natural_gratings.active(), addon.facts.facts_of(given))
+
+    return tell
+
+
+def test_it_begins_with_a_picture_show_me_and_the_selected_mesh(scene, panel):
+    layout = panel()
+    assert layout.pictures == 1
+    assert layout.operators == ["grating.show_me", "grating.add_preset", "grating.import_height_map"]
+    assert "Corn Snake" in layout.labels
+
+
+def test_each_step_offers_the_next(scene, scan, following):
+    bpy.ops.grating.import_height_map(filepath=str(scan), size_um=4, height_nm=100)
+    assert (following().step, following().operator) == ("1 Surface", "grating.bake")
+    grating = scene.natural_gratings.active()
+    grating.delta_e = 6.0
+    bpy.ops.grating.bake()
+    assert (following().step, following().text) == ("2 Look", "Assign to Plane")
+    assert following(selected_objects=[]).operator == ""
+    bpy.ops.grating.assign()
+    assert following() is None
+    grating.delta_e = 5.0
+    assert (following().operator, following().text) == ("grating.bake", "Bake Again")
+
+
+def test_a_grating_without_light_is_offered_a_rig(scene, grating, following):
+    grating.lights = "LAMPS"
+    bpy.ops.grating.assign()
+    bpy.data.batch_remove(list(bpy.data.lights))
+    assert (following().step, following().operator) == ("3 Light", "grating.light_rig")
+
+
+def test_a_view_that_is_not_rendered_is_offered_to_switch(scene, grating, following):
+    bpy.ops.grating.assign()
+    view = next(area.spaces.active for area in bpy.data.screens["Layout"].areas if area.type == "VIEW_3D")
+    view.shading.type = "SOLID"
+    assert following(space_data=view).properties == {"action": "RENDERED"}
+    view.shading.type = "RENDERED"
+    assert following(space_data=view) is None
+
+
+def test_only_the_present_step_is_open(scene, grating, panel):
+    """A step that is done has a tick."""
+    layout = panel()
+    assert {"grating.new_material", "grating.comb"} <= set(layout.operators)
+    assert not {"grating.choose_quality", "grating.lights"} & set(layout.operators)
+    ticks = [label for label, icon in zip(layout.labels, layout.icons, strict=True) if icon == "CHECKMARK"]
+    assert [label.partition(":")[0] for label in ticks] == ["Surface"]
+
+
+def test_all_steps_can_be_opened(scene, scan, panel):
+    bpy.ops.grating.import_height_map(filepath=str(scan), size_um=4, height_nm=100)
+    for matter in ("DIELECTRIC", "GOLD", "LAYERS"):
+        scene.natural_gratings.active().matter = matter
+        assert "grating.choose_quality" in panel(folded=False).operators
+    scene.natural_gratings.active().delta_e = 6.0
+    bpy.ops.grating.bake()
+    bpy.ops.grating.assign()
+    layout = panel(folded=False)
+    assert {"grating.lights", "grating.why_black", "grating.needs"} <= set(layout.operators)
+    assert layout.props.count("default_value") >= 4  # the dials of the material
+
+
+def test_a_surface_tells_its_period_in_lines(scene, scan, panel):
+    bpy.ops.grating.import_height_map(filepath=str(scan), size_um=4, height_nm=100)
+    assert "Surface: 500 nm, 2000 lines/mm" in panel().labels
+
+
+def test_a_dial_that_nodes_drive_says_so(scene, grating, panel, addon):
+    bpy.ops.grating.assign()
+    (node,) = addon.material.diffraction_nodes(grating.material)
+    value = grating.material.node_tree.nodes.new("ShaderNodeValue")
+    grating.material.node_tree.links.new(value.outputs[0], node.inputs["Strength"])
+    assert "Strength: by nodes" in panel(folded=False).labels
+
+
+@pytest.mark.parametrize("quality", ["DRAFT", "GOOD", "EXACT"])
+def test_a_quality_sets_the_bake(scene, grating, addon, quality):
+    bpy.ops.grating.choose_quality(quality=quality)
+    assert addon.bake_quality.quality_of(grating) == quality
+    grating.delta_e = 2.0
+    assert addon.bake_quality.quality_of(grating) == ""
