@@ -6,6 +6,7 @@ from pathlib import Path
 import bpy
 
 from ...precompute.base.failure import GratingError, printable
+from ...precompute.presets.preset_hologram import PresetHologram
 from ...precompute.table.atlas_file import read_header
 from ..gratings.baked_region import note_region
 from ..gratings.grating import Grating
@@ -41,11 +42,17 @@ def make_material(scene: bpy.types.Scene, grating: Grating) -> bpy.types.Materia
         base_color=look.base_color, base_roughness=look.base_roughness, inputs=inputs,
     )  # fmt: skip
     note_own(grating.material)
-    if hologram is not None:
-        pattern = pattern_group(hologram.pattern.upper())
-        for node in diffraction_nodes(grating.material):
-            put_hologram(node, pattern, hologram.inputs)
+    begin_with_hologram(grating.material, hologram)
     return grating.material
+
+
+def begin_with_hologram(material: bpy.types.Material, hologram: PresetHologram | None) -> None:
+    """Put the hologram of a grating's look, if any, before the new Diffraction nodes of a material."""
+    if hologram is None:
+        return
+    pattern = pattern_group(hologram.pattern.upper())
+    for node in diffraction_nodes(material):
+        put_hologram(node, pattern, hologram.inputs)
 
 
 def working_material(scene: bpy.types.Scene, grating: Grating) -> bpy.types.Material:
