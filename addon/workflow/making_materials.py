@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Making a grating's node group and its material."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import bpy
 
 from ...precompute.base.failure import GratingError, printable
-from ...precompute.presets.preset_hologram import PresetHologram
 from ...precompute.table.atlas_file import read_header
 from ..gratings.baked_region import note_region
 from ..gratings.grating import Grating
@@ -35,24 +35,28 @@ from .restoring_bakes import bake_of
 
 def make_material(scene: bpy.types.Scene, grating: Grating) -> bpy.types.Material:
     """Make a new material from a grating's bake. Raises GratingError if there is no bake."""
-    look = grating.look
-    inputs, hologram = look.inputs_for(grating.name), look.hologram_for(grating.name)  # first, because they may raise
+    look, begin = grating.look, beginning_of(grating)  # first, because this may raise
     grating.material = new_diffraction_material(
-        grating.name, group_of(scene, grating),
-        base_color=look.base_color, base_roughness=look.base_roughness, inputs=inputs,
-    )  # fmt: skip
+        grating.name, group_of(scene, grating), base_color=look.base_color, base_roughness=look.base_roughness
+    )
     note_own(grating.material)
-    begin_with_hologram(grating.material, hologram)
+    begin(grating.material)
     return grating.material
 
 
-def begin_with_hologram(material: bpy.types.Material, hologram: PresetHologram | None) -> None:
-    """Put the hologram of a grating's look, if any, before the new Diffraction nodes of a material."""
-    if hologram is None:
-        return
-    pattern = pattern_group(hologram.pattern.upper())
-    for node in diffraction_nodes(material):
-        put_hologram(node, pattern, hologram.inputs)
+def beginning_of(grating: Grating) -> Callable[[bpy.types.Material], None]:
+    """A function that gives a material's new Diffraction nodes the values and the hologram of the grating's look.
+    Raises GratingError if the look is damaged."""
+    inputs, hologram = grating.look.inputs_for(grating.name), grating.look.hologram_for(grating.name)
+
+    def begin(material: bpy.types.Material) -> None:
+        for node in diffraction_nodes(material):
+            for name, value in inputs.items():
+                node.inputs[name].default_value = value
+            if hologram is not None:
+                put_hologram(node, pattern_group(hologram.pattern.upper()), hologram.inputs)
+
+    return begin
 
 
 def working_material(scene: bpy.types.Scene, grating: Grating) -> bpy.types.Material:

@@ -50,6 +50,17 @@ def test_new_nodes_begin_with_the_hologram(painted, grating, addon):
     assert not [group for group in bpy.data.node_groups if "Hologram" in group.name]
 
 
+def test_new_nodes_begin_with_the_values(painted, grating, addon):
+    """The hologram takes over what it changes."""
+    grating.look.inputs = json.dumps({"Roughness": 0.25, "Rotation": 0.5})
+    grating.look.hologram = json.dumps({"pattern": "crystal"})
+    bpy.ops.grating.add_diffraction()
+    for plane in painted:
+        node = diffraction(plane.active_material, addon)
+        assert node.inputs["Roughness"].default_value == 0.25
+        assert hologram(plane.active_material, addon).inputs["Rotation"].default_value == 0.5
+
+
 def test_a_second_add_leaves_what_an_artist_made_of_it(painted, grating, addon):
     grating.look.hologram = json.dumps({"pattern": "crystal", "inputs": {"Shards": 5}})
     bpy.ops.grating.add_diffraction()
