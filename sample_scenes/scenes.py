@@ -13,6 +13,8 @@ from pathlib import Path
 from devtools.environments import ALL
 from precompute.cli.option_types import count
 from precompute.cli.parser import OneLineParser
+from precompute.presets.presets import read_preset
+from precompute.surface.samples.catalogue import matter_of
 from sample_scenes.demo import LASER, REAL_SCANS, SCANS, Stopwatch, render_scene
 
 # Scenes without sun lamps, and the lights of relight.py, which replace sun lamps. relight.py itself runs only in
@@ -22,6 +24,8 @@ WORLDS = ("studio", "sky", "overcast", "room", "area")
 # Each scale shows one of two reliefs. The direction turns slowly, in patches of 15 mm.
 _OTHER_PLATES = {"sample:xenopeltis": 0.45}
 _VARIED = ("--by", "scale_random", "--turn", "7", "--size-mm", "15")
+# The foil has tracks of a disc, in the metal and the lacquer of a real foil.
+_FOIL_MATTER = str(read_preset("silver_foil").request.matter)
 
 
 @dataclass(frozen=True)
@@ -47,7 +51,7 @@ def _animal(view: str, species: str = "XENOPELTIS", **settings) -> SampleScene:
 
 
 def _disc(name: str, shown: str) -> SampleScene:
-    return SampleScene("discs.py", {shown: f"sample:{name}"}, ("--disc", name), matter="aluminium")
+    return SampleScene("discs.py", {shown: f"sample:{name}"}, ("--disc", name), matter=matter_of(f"sample:{name}"))
 
 
 SCENES = {
@@ -59,7 +63,7 @@ SCENES = {
     "close_elaphe": _animal("close", "ELAPHE"),
     "turntable": _animal("turntable"),
     "ball": SampleScene("ball.py", {"Ball": "sample:elaphe"}),
-    "foil": SampleScene("ball.py", {"Foil": "sample:cd"}, ("--thing", "foil"), matter="aluminium"),
+    "foil": SampleScene("ball.py", {"Foil": "sample:cd"}, ("--thing", "foil"), matter=_FOIL_MATTER),
     "cd": _disc("cd", "CD"),
     "dvd": _disc("dvd", "DVD"),
     "bluray": _disc("bluray", "Blu-ray"),

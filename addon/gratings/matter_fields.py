@@ -9,12 +9,20 @@ from ...precompute.reflectance.metals import METALS
 
 # The matter that the field Layers describes.
 LAYERS = "LAYERS"
-MATTERS = (
+# The number of each matter in .blend files. Numbers stay as they are: a new matter takes the next free number, wherever
+# it stands in the menu.
+_NUMBERS = {
+    "DIELECTRIC": 0, "ALUMINIUM": 1, "SILVER": 2, "GOLD": 3, "COPPER": 4, "CHROMIUM": 5, "NICKEL": 6, "TITANIUM": 7,
+    LAYERS: 8, "MIRROR": 9,
+}  # fmt: skip
+_TEXTS = (
     ("DIELECTRIC", "Dielectric", "Skin, horn, plastic, varnish or glass. Its IOR can be changed in the material"),
     *((metal.upper(), metal.capitalize(), f"Polished {metal}") for metal in METALS),
     (LAYERS, "Layers", "Thin films on a substrate, as in a beetle's shell or a coated foil"),
     ("MIRROR", "Perfect Mirror", "Reflects all light"),
 )
+# Items of the menu: identifier, label, tooltip, icon, number.
+MATTERS = tuple((name, label, text, "NONE", _NUMBERS[name]) for name, label, text in _TEXTS)
 # The index of no plate, and the greatest index of a plate (precompute/optics/plate.py, which loads only when needed).
 PLATE_IORS = 1.0, 3.0
 # Digits of a plate's index. Single precision, in which Blender stores the field, has seven.

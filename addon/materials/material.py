@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Diffraction in materials: new materials, and adding it to or removing it from existing ones."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from math import isfinite
-from types import MappingProxyType
 
 import bpy
 
@@ -32,10 +31,9 @@ def new_diffraction_material(
     *,
     base_color: Iterable[float] = BASE_COLOR,
     base_roughness: float = BASE_ROUGHNESS,
-    inputs: Mapping[str, float] = MappingProxyType({}),
 ) -> bpy.types.Material:
     """A new material with a Diffraction group: a base, by default a dark skin, whose specular reflection is the
-    diffraction. `inputs` has values of the group's inputs by their names."""
+    diffraction."""
     material = bpy.data.materials.new(f"Diffraction {name}")
     compat.enable_nodes(material)
     material.node_tree.nodes.clear()
@@ -45,7 +43,7 @@ def new_diffraction_material(
     skin.inputs["Roughness"].default_value = base_roughness
     # The diffraction replaces the specular reflection, so the skin keeps only its diffuse part.
     skin.inputs["Specular IOR Level"].default_value = 0.0
-    shader = tree.group(group, {"Base": tree.value(skin.outputs[0]), **inputs}, label=_LABEL)["Shader"]
+    shader = tree.group(group, {"Base": tree.value(skin.outputs[0])}, label=_LABEL)["Shader"]
     tree.node("ShaderNodeOutputMaterial", shader)
     arrange(material.node_tree)
     tell_cycles(material)

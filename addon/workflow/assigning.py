@@ -9,12 +9,12 @@ from ...precompute.base.failure import GratingError
 from ..direction.seams import seam_warning
 from ..gratings.grating import Grating, active_grating
 from ..materials.lost_parts import lost
-from ..materials.material import add_diffraction, check_can_add, overfull
+from ..materials.material import add_diffraction, check_can_add, diffraction_nodes, empty_nodes, overfull
 from ..materials.skin import crowded
 from .adding_holograms import fit_hologram
 from .chosen_meshes import meshes_among, no_meshes, slots_with_faces
 from .fitting_worlds import want_fit
-from .making_materials import group_of, lamps_alone, working_material
+from .making_materials import beginning_of, group_of, lamps_alone, working_material
 from .material_slots import Selection, note_replaced
 from .noticing_outside import notice_outside
 from .varying import prepare_meshes
@@ -35,9 +35,9 @@ def assign_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) ->
 
 
 def add_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> list[str]:
-    """Add diffraction to all materials that the faces of the meshes among the objects show. Raises GratingError, with
-    nothing changed, if there is no bake, a material cannot be changed, or a mesh is linked or lacks a material or a UV
-    map."""
+    """Add diffraction to all materials that the faces of the meshes among the objects show. In materials without
+    diffraction, the new nodes begin as the grating's look says. Raises GratingError, with nothing changed, if there is
+    no bake, the look is damaged, a material cannot be changed, or a mesh is linked or lacks a material or a UV map."""
     grating = active_grating(scene)
     meshes = meshes_among(scene, objects, grating.frame_source())
     materials: dict[bpy.types.Material, None] = {}
@@ -51,12 +51,20 @@ def add_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> li
         materials.update(dict.fromkeys(filter(None, shown)))
     for material in materials:
         check_can_add(material)
-    seams = _seams(objects, meshes, grating)
+    seams, begin = _seams(objects, meshes, grating), beginning_of(grating)
     group = group_of(scene, grating)
     for material in materials:
+        is_first = not (diffraction_nodes(material) or empty_nodes(material))
         add_diffraction(material, group)
+        if is_first:  # what an artist chose since then stays
+            begin(material)
+            fit_hologram(material, [mesh for mesh in meshes if _shows(mesh, material)])
     lines = [*seams, *_prepared(meshes, grating), *bare, *_further(scene), *overfull(materials)]
     return [f"{grating.name}: over {_names(materials)}", *lines]
+
+
+def _shows(mesh: bpy.types.Object, material: bpy.types.Material) -> bool:
+    return any(slot.material == material for slot in slots_with_faces(mesh))
 
 
 def _further(scene: bpy.types.Scene) -> list[str]:

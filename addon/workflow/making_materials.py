@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Making a grating's node group and its material."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import bpy
@@ -34,18 +35,28 @@ from .restoring_bakes import bake_of
 
 def make_material(scene: bpy.types.Scene, grating: Grating) -> bpy.types.Material:
     """Make a new material from a grating's bake. Raises GratingError if there is no bake."""
-    look = grating.look
-    inputs, hologram = look.inputs_for(grating.name), look.hologram_for(grating.name)  # first, because they may raise
+    look, begin = grating.look, beginning_of(grating)  # first, because this may raise
     grating.material = new_diffraction_material(
-        grating.name, group_of(scene, grating),
-        base_color=look.base_color, base_roughness=look.base_roughness, inputs=inputs,
-    )  # fmt: skip
+        grating.name, group_of(scene, grating), base_color=look.base_color, base_roughness=look.base_roughness
+    )
     note_own(grating.material)
-    if hologram is not None:
-        pattern = pattern_group(hologram.pattern.upper())
-        for node in diffraction_nodes(grating.material):
-            put_hologram(node, pattern, hologram.inputs)
+    begin(grating.material)
     return grating.material
+
+
+def beginning_of(grating: Grating) -> Callable[[bpy.types.Material], None]:
+    """A function that gives a material's new Diffraction nodes the values and the hologram of the grating's look.
+    Raises GratingError if the look is damaged."""
+    inputs, hologram = grating.look.inputs_for(grating.name), grating.look.hologram_for(grating.name)
+
+    def begin(material: bpy.types.Material) -> None:
+        for node in diffraction_nodes(material):
+            for name, value in inputs.items():
+                node.inputs[name].default_value = value
+            if hologram is not None:
+                put_hologram(node, pattern_group(hologram.pattern.upper()), hologram.inputs)
+
+    return begin
 
 
 def working_material(scene: bpy.types.Scene, grating: Grating) -> bpy.types.Material:

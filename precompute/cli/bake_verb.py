@@ -105,7 +105,8 @@ def _given(arguments: argparse.Namespace) -> dict[str, Any]:
 def _of_preset(arguments: argparse.Namespace) -> BakeRequest:
     """The request of --preset, with the options that a preset leaves free.
 
-    Raises GratingError if the command line names another surface too, or an option that the preset decides."""
+    Raises GratingError if the command line names another surface too, an option that the preset decides, or a model
+    that the preset's matter has no place in. The bake's own refusal of that matter would propose another one."""
     what = f"--preset {arguments.preset:.40}"
     if arguments.request is not None or arguments.files:
         other = "a FILE" if arguments.files else "--request"
@@ -114,7 +115,11 @@ def _of_preset(arguments: argparse.Namespace) -> BakeRequest:
         if getattr(arguments, name) is not None:
             option = f"--{name.replace('_', '-')}"
             raise GratingError(what, f"{option} is given too", f"leave {option} out, as the preset decides it")
-    return replace(read_preset(arguments.preset).request, **_given(arguments))
+    request = replace(read_preset(arguments.preset).request, **_given(arguments))
+    if request.model == "patch" and request.matter.baked:
+        fault = f"the patch model is of a dielectric, and the preset is of {request.matter}"
+        raise GratingError(what, fault, "take --model ensemble")
+    return request
 
 
 def _found_at(files: list[str], request: BakeRequest, source: Path) -> BakeRequest:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from precompute.presets.presets import read_preset
 from sample_scenes import animal, discs, relight, scenes
 from sample_scenes.demo import Stopwatch
 
@@ -24,6 +25,13 @@ def test_a_script_writes_what_is_assigned(name, tmp_path):
     for shown in scene.bakes:
         assert bpy.data.objects[shown].data.uv_layers
     assert bpy.context.scene.camera
+
+
+@pytest.mark.parametrize(
+    ("scene", "preset"), [("cd", "cd"), ("dvd", "dvd"), ("bluray", "bluray"), ("foil", "silver_foil")]
+)
+def test_discs_and_foil_are_of_the_presets_matter(scene, preset):
+    assert scenes.SCENES[scene].matter == str(read_preset(preset).request.matter)
 
 
 @pytest.mark.parametrize("view", list(animal.VIEWS))

@@ -27,6 +27,11 @@ def test_options_that_the_preset_leaves_free_count():
     assert found.coherence_length_m == 10 * 1e-6
 
 
+def test_the_model_in_a_remedy_is_taken():
+    assert request("--preset", "cd", "--model", "ensemble").model == "ensemble"
+    assert request("--preset", "corn_snake", "--model", "patch").model == "patch"
+
+
 def test_it_bakes_and_repeats_from_the_header(run, tmp_path):
     status, out, err = run("bake", "--preset", "silver_foil", "-o", tmp_path / "a", *QUICK, "--json", "-")
     assert (status, err) == (0, "")
@@ -44,6 +49,7 @@ def test_it_bakes_and_repeats_from_the_header(run, tmp_path):
         (("--preset", "cd", "--matter", "dielectric"), "--preset cd: --matter is given too; leave --matter out"),
         (("--preset", "cd", "--level", "plane"), "--preset cd: --level is given too; leave --level out"),
         (("--preset", "cd", "--size-um", "9"), "--preset cd: --size-um is given too; leave --size-um out"),
+        (("--preset", "cd", "--model", "patch"), "and the preset is of plate 1.585, aluminium; take --model ensemble"),
     ],
 )
 def test_conflicts_are_one_line(refused, tmp_path, words, line):
