@@ -16,12 +16,12 @@ if not __package__:  # `blender --python` runs this file as a script
     sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
     __package__ = "sample_scenes"
 from precompute.cli.parser import OneLineParser
-from precompute.presets.presets import preset_names
+from precompute.presets.presets import SNAKES, preset_names, read_preset
 
 FOLDER = Path(__file__).resolve().parents[1] / "addon" / "ui" / "thumbnails"
-SIDE, SAMPLES, QUALITY = 192, 64, 85
-# A square picture has room for a larger thing.
-NARROWER = 1.4
+SIDE, SAMPLES, QUALITY = 192, 128, 88
+# A square picture has room for a larger thing, but not for a longer snake.
+NARROWER, SNAKE_NARROWER = 1.4, 0.98
 
 
 def render(preset: str, path: Path) -> None:
@@ -29,8 +29,8 @@ def render(preset: str, path: Path) -> None:
     before = set(bpy.data.scenes)
     bpy.ops.grating.show_me(preset=preset)
     (scene,) = set(bpy.data.scenes) - before
-    scene.camera.data.lens *= NARROWER
-    scene.cycles.samples = SAMPLES
+    scene.camera.data.lens *= SNAKE_NARROWER if read_preset(preset).shape in SNAKES else NARROWER
+    scene.cycles.samples, scene.cycles.use_denoising = SAMPLES, False
     scene.render.resolution_x = scene.render.resolution_y = SIDE
     settings = scene.render.image_settings
     if bpy.app.version >= (5, 0):

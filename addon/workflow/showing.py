@@ -32,9 +32,8 @@ def show_preset(name: str) -> bpy.types.Scene:
         bpy.data.scenes.remove(scene)
         raise
     scene[_MARK] = True
-    layer = scene.view_layers[0]
-    layer.objects.active = thing
-    thing.select_set(True, view_layer=layer)
+    # Active but not selected: an outline would hide the colours of its rim.
+    scene.view_layers[0].objects.active = thing
     return scene
 
 

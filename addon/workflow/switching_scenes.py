@@ -9,6 +9,9 @@ from mathutils import Matrix
 from ..blender.window import has_window
 from .showing import is_show
 
+# How closely the camera's frame fills a 3D view of Show Me.
+_ZOOM = 14.0
+
 
 class _View(NamedTuple):
     """How a 3D view looked before Show Me changed it."""
@@ -17,6 +20,7 @@ class _View(NamedTuple):
     matrix: Matrix
     shading: Literal["WIREFRAME", "SOLID", "MATERIAL", "RENDERED"]
     perspective: Literal["PERSP", "ORTHO", "CAMERA"]
+    zoom: float
 
 
 class _Before(NamedTuple):
@@ -50,12 +54,14 @@ def switch_to(context: bpy.types.Context, scene: bpy.types.Scene) -> None:
         context.window.scene = scene
         for view in views:
             view.region_3d.view_perspective, view.shading.type = "CAMERA", "RENDERED"
+            view.region_3d.view_camera_zoom, view.region_3d.view_camera_offset = _ZOOM, (0.0, 0.0)
         return
     context.window.scene = scene
     for former in _before.views if _before else ():
         if former.space in views:
             region = former.space.region_3d
             former.space.shading.type, region.view_perspective = former.shading, former.perspective
+            region.view_camera_zoom = former.zoom
             if former.perspective != "CAMERA":
                 region.view_matrix = former.matrix
     _before = None
@@ -63,7 +69,7 @@ def switch_to(context: bpy.types.Context, scene: bpy.types.Scene) -> None:
 
 def _look_of(view: bpy.types.SpaceView3D) -> _View:
     region = view.region_3d
-    return _View(view, region.view_matrix.copy(), view.shading.type, region.view_perspective)
+    return _View(view, region.view_matrix.copy(), view.shading.type, region.view_perspective, region.view_camera_zoom)
 
 
 def _views(window: bpy.types.Window) -> list[bpy.types.SpaceView3D]:
