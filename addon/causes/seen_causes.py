@@ -106,7 +106,7 @@ def few_colours(look: Seen) -> Iterator[Cause]:
     """Colours show on a small part only."""
     if look.light is not None and SHARE_MIN <= look.light.coloured_share < _SHARE_FEW:
         told = f"Colours show on only {look.light.coloured_share:.1%} of what {look.by} sees of {listed(look.things)}."
-        yield Cause("FEW_COLOURS", told, light_button())
+        yield Cause("FEW_COLOURS", f"{told} Further lamps, or a curved surface, show more.", light_button())
 
 
 def _misplaced(look: Seen) -> str:

@@ -10,7 +10,7 @@ import bpy
 from ..blender.window import has_window
 from ..cameras.view_rays import ViewPixels
 from ..causes.bake_causes import before_assigning, lost_parts, unlinked
-from ..causes.cause import Cause, listed
+from ..causes.cause import HARMLESS, Cause, listed
 from ..causes.direction_causes import lacking_direction
 from ..causes.display_causes import dark_exposure, few_samples, greying_transform, hidden_objects, unshaded_view
 from ..causes.lamp_causes import dark_lamps
@@ -55,7 +55,7 @@ def findings(context: bpy.types.Context) -> Findings:
         causes += _seen_causes(subject, look, depsgraph)
     causes += [*few_samples(subject), *greying_transform(subject.scene)]
     causes.sort(key=lambda cause: cause.is_warning)
-    if causes and not causes[0].is_warning:
+    if causes and causes[0].kind not in HARMLESS:
         return Findings(causes, causes[0].sentence)
     return Findings(causes, _nothing_wrong(subject, look))
 

@@ -31,6 +31,9 @@ class Layout:
     def template_icon(self, icon_value, scale):
         self.pictures += 1
 
+    def separator(self):
+        pass
+
     def row(self, align=False):
         return self
 

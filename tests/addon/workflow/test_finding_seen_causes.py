@@ -136,4 +136,4 @@ def test_a_streak_of_colour_is_a_warning(addon, scene, colourful):  # noqa: F811
     colourful.rotation_euler = (0, math.radians(-45), 0)
     (cause,) = found(addon)
     assert cause.kind == "FEW_COLOURS" and cause.is_warning and "Colours show on only" in cause.sentence
-    assert addon.finding_causes.findings(bpy.context).is_well
+    assert addon.finding_causes.findings(bpy.context).summary == cause.sentence
