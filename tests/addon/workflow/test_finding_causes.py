@@ -248,6 +248,28 @@ def test_the_popup_of_a_scene_without_a_fault(addon, colourful):  # noqa: F811
     assert layout.noted("CHECKMARK").startswith("Nothing is wrong: ") and layout.operators == []
 
 
+def test_a_lamp_that_only_an_instance_shows(addon, scene, colourful):  # noqa: F811
+    held = bpy.data.collections.new("Held")
+    held.objects.link(sun())
+    scene.collection.objects.unlink(sun())
+    empty = bpy.data.objects.new("Instance", None)
+    empty.instance_type, empty.instance_collection = "COLLECTION", held
+    scene.collection.objects.link(empty)
+    (cause,) = found(addon)
+    assert cause.kind == "INSTANCED" and "Instanced lamps do not light diffraction: Sun" in cause.sentence
+    bpy.data.collections.remove(held)
+
+
+def test_undo_takes_back_what_a_button_did(addon, scene, colourful):  # noqa: F811
+    node_of(colourful).inputs["Strength"].default_value = 0.0
+    bpy.ops.ed.undo_push(message="Strength")
+    press(found(addon)[0].button)
+    bpy.ops.ed.undo_push(message="Remove Cause")
+    assert kinds(addon) == []
+    bpy.ops.ed.undo()
+    assert kinds(addon) == ["STRENGTH"]
+
+
 def test_every_action_has_a_function_and_every_button_an_operator(addon, scene):
     items = bpy.ops.grating.mend_cause.get_rna_type().properties["action"].enum_items
     assert set(items.keys()) == set(addon.mending_causes.ACTIONS)
