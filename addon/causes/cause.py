@@ -9,7 +9,9 @@ import bpy
 
 # The largest number of names in a sentence.
 _NAMES_MAX = 3
-_WARNINGS = {"FEW_COLOURS", "DIRECTION_MAP", "CROWDED", "SAMPLES", "VIEW_TRANSFORM"}
+# Causes beside which nothing is wrong with the scene, and all that leave colours in the picture.
+HARMLESS = {"DIRECTION_MAP", "CROWDED", "SAMPLES", "VIEW_TRANSFORM"}
+_WARNINGS = {"FEW_COLOURS", *HARMLESS}
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ def dark_lamps(subject: Subject) -> Iterator[Cause]:
     """No lamp, or none that is on, and nothing else that gives colours."""
     lamps = lamps_of(subject.scene)
     dark = {lamp: why for lamp in lamps if (why := why_dark(lamp, subject))}
-    if len(dark) < len(lamps) or _is_lit_otherwise(subject):
+    if len(dark) < len(lamps) or source_count(subject.scene) > 0 or has_other_light(subject):
         return
     if lamps:
         reasons = "; ".join(f"{lamp.name} {why}" for lamp, why in list(dark.items())[:3])
@@ -64,13 +64,14 @@ def _without_lamps(subject: Subject) -> str:
     return "and an even world shows no colours" if _world_shines(subject.scene) else "and its world is black"
 
 
-def _is_lit_otherwise(subject: Subject) -> bool:
-    """Whether something other than a lamp shows colours: an uneven world, or an object that shines."""
+def has_other_light(subject: Subject) -> bool:
+    """Whether something may show colours that is neither a lamp nor a source of the world: an uneven world without
+    sources, or an object that shines."""
     if _lights_alone(subject):
         return False
-    world = subject.scene.world
-    uneven = _world_shines(subject.scene) and _is_uneven(world)
-    return source_count(subject.scene) > 0 or uneven or any(_shines(each) for each in _other_materials(subject))
+    scene = subject.scene
+    is_uneven = _world_shines(scene) and _is_uneven(scene.world) and source_count(scene) == 0
+    return is_uneven or any(_shines(each) for each in _other_materials(subject))
 
 
 def _lights_alone(subject: Subject) -> bool:

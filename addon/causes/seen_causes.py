@@ -11,7 +11,7 @@ from mathutils import Vector
 from ...precompute.bake.shown_directions import held_share, joined
 from ...precompute.table.table import Table
 from ..blender import compat
-from ..cameras.camera_look import Look, camera_pixels, in_frames, look_through
+from ..cameras.camera_look import Look, camera_pixels, in_frames, look_through, skin_of
 from ..cameras.camera_rays import Pixels
 from ..cameras.seen_surfaces import Places
 from ..cameras.view_rays import ViewPixels
@@ -30,6 +30,8 @@ _RAYS, _SHADOW_RAYS = 2000, 100
 _SHARE_FEW = 0.05
 # A share of the light outside a bake's region that an artist notices as black.
 _OUTSIDE_MIN = 0.1
+# |(u, v)| that asks for light and view at 37 degrees and more off the normal, both on the same side.
+_GRAZING = 1.2
 # A share of the places in shadow that leaves nothing to see.
 _SHADED = 0.99
 
@@ -85,8 +87,11 @@ def _corners(thing: bpy.types.Object) -> np.ndarray:
 
 def badly_lit(subject: Subject, look: Seen) -> Iterator[Cause]:
     """Lamps shine, but not so that colours leave towards the camera."""
-    light, lamps = look.light, [lamp for lamp in lamps_of(subject.scene) if not why_dark(lamp, subject)]
-    if light is None or not lamps or light.coloured_share >= SHARE_MIN:
+    light: SeenLight | None = look.light
+    lamps: list[bpy.types.ID] = [lamp for lamp in lamps_of(subject.scene) if not why_dark(lamp, subject)]
+    if not lamps and subject.scene.world is not None:  # its sources are the lamps
+        lamps = [subject.scene.world]
+    if light is None or light.coloured_share >= SHARE_MIN:
         return
     if not light.lit.any():
         told = f"No light of {listed(lamps)} reaches the side of {listed(look.things)} that {look.by} sees."
@@ -106,7 +111,7 @@ def few_colours(look: Seen) -> Iterator[Cause]:
     """Colours show on a small part only."""
     if look.light is not None and SHARE_MIN <= look.light.coloured_share < _SHARE_FEW:
         told = f"Colours show on only {look.light.coloured_share:.1%} of what {look.by} sees of {listed(look.things)}."
-        yield Cause("FEW_COLOURS", told, light_button())
+        yield Cause("FEW_COLOURS", f"{told} Further lamps, or a curved surface, show more.", light_button())
 
 
 def _misplaced(look: Seen) -> str:
@@ -115,11 +120,17 @@ def _misplaced(look: Seen) -> str:
     distance = float(np.nanmedian(look.light.distance))
     wr = np.concatenate([in_frames(each, each.to_view)[:, 2] for each in look.places])
     nearest, farthest = colour_range(look.table, 2 * float(np.median(wr)))
+    if distance < nearest and nearest > _GRAZING * _period_scale(look):
+        return "its period is so fine that lamp and camera must both graze the surface"
     if distance < nearest:
         return "the lamp stands too near to its mirror image; move it further to the side"
     if distance > farthest:
         return "the lamp stands too far to the side; move it towards the camera"
     return "the lamp stands along the grooves; turn it around the object"
+
+
+def _period_scale(look: Seen) -> float:
+    return float(np.median([skin_of(each.node).period_scale for each in look.places]))
 
 
 def outside_bake(subject: Subject, look: Seen) -> Iterator[Cause]:

@@ -30,6 +30,8 @@ SHARE_MIN = 0.005
 _MIRROR = 3.0
 # The irradiance in W/m2, after the exposure, of a well lit surface: that of the sun that the panel adds.
 WELL_LIT = 3.0
+# A lamp whose disc has a larger standard deviation, in radians, is wide: a radius of 11 degrees.
+_WIDE = 0.1
 # Directions of a grating that varies over the surface.
 _TURNS = 5
 # The table that was read last, by its file and the time of the file's last change.
@@ -40,9 +42,9 @@ _kept: dict[tuple[Path, int], Table] = {}
 class SeenLight:
     """The light at n places, all of one grating.
 
-    lit       (n,), the largest irradiance by a lamp in W/m2, after the scene's exposure; 0 where no lamp or not the
-              viewer is above the surface
-    radiance  (n, 3), linear Rec.709 by all lamps, without their mirror images, after the scene's exposure
+    lit       (n,), the largest irradiance by a lamp in W/m2, after the scene's exposure; 0 where every lamp or the
+              viewer is below the surface
+    radiance  (n, 3), linear Rec.709 by all lamps, after the scene's exposure; without the mirror images of small lamps
     distance  (n,), |(u, v)| of the table under the lamp that lights most places; NaN where it lights none"""
 
     lit: np.ndarray
@@ -135,7 +137,9 @@ def _at(scene: bpy.types.Scene, places: Places, table: Table) -> tuple[np.ndarra
             distance[at] = away
         shown = np.max([_radiance(table, sent, at, pair=pair, skin=skin) for pair in _pairs(places, wi, wr)], axis=0)
         mirror = away < _MIRROR * _spread(table, sent.variance[at], skin, w=(wi + wr)[at, 2])
-        radiance[at] += np.where(mirror[:, None], 0.0, shown)
+        # The mirror image of a wide lamp covers the surface with white; that of a small one is a point.
+        grey = (shown @ np.array(LUMINANCE)) * (sent.variance[at] > _WIDE**2)
+        radiance[at] += np.where(mirror[:, None], grey[:, None], shown)
     return lit, radiance, distance
 
 

@@ -13,8 +13,8 @@ from .reports import report_failure, report_lines
 
 # At most this many causes are shown; the first ones decide.
 _CAUSES_MAX = 4
-# Width of the popup, and mean width of a letter, in pixels at an interface scale of 1.
-_WIDTH, _LETTER = 420, 6.5
+# Letters in a line. A popup is as wide as its longest line.
+_LETTERS = 60
 # The actions of workflow/mending_causes.py in the form of Blender's enumerations.
 _ACTIONS = (
     ("SHOW_LAMPS", "Show the Lamps", "Show all lamps in renders and 3D views, and give dark ones power and colour"),
@@ -57,21 +57,9 @@ class WhyBlack(bpy.types.Operator):
         from ..workflow.finding_causes import findings
 
         WhyBlack.found = findings(context)
-        return context.window_manager.invoke_popup(self, width=_WIDTH)
-
-    @guarded_draw
-    def draw(self, context):
-        found = WhyBlack.found
-        self.layout.label(text=self.bl_label, icon="QUESTION")
-        if found is None:
-            return
-        if found.is_well:
-            _draw_sentence(self.layout, found.summary, icon="CHECKMARK")
-        for cause in found.causes[:_CAUSES_MAX]:
-            box = self.layout.box()
-            _draw_sentence(box, cause.sentence, icon="INFO" if cause.is_warning else "ERROR")
-            if cause.button is not None:
-                _draw_button(box, cause.button)
+        # Unlike a dialog, a menu closes when a button in it is pressed, as its other causes may be outdated then.
+        context.window_manager.popup_menu(draw_causes, title=self.bl_label, icon="QUESTION")
+        return {"FINISHED"}
 
 
 class MendCause(bpy.types.Operator):
@@ -85,7 +73,7 @@ class MendCause(bpy.types.Operator):
 
     @classmethod
     def description(cls, context, properties):
-        return next(tooltip for name, _, tooltip in _ACTIONS if name == properties.action)
+        return next((tooltip for name, _, tooltip in _ACTIONS if name == properties.action), cls.__doc__)
 
     def execute(self, context):
         from ..workflow.mending_causes import mend_cause
@@ -96,17 +84,31 @@ class MendCause(bpy.types.Operator):
             return report_failure(self, error)
 
 
+@guarded_draw
+def draw_causes(menu, context) -> None:
+    """Draw the causes that were found, each with its button."""
+    found, layout = WhyBlack.found, menu.layout.column()
+    if not any(cause.sentence == found.summary for cause in found.causes):
+        _draw_sentence(layout, found.summary, icon="CHECKMARK")
+    for number, cause in enumerate(found.causes[:_CAUSES_MAX]):
+        if number:
+            layout.separator()
+        _draw_sentence(layout, cause.sentence, icon="INFO" if cause.is_warning else "ERROR")
+        if cause.button is not None:
+            _draw_button(layout, cause.button)
+
+
 def _draw_sentence(layout, text: str, *, icon: str) -> None:
     """Draw a sentence, wrapped to the popup's width."""
-    column = layout.column(align=True)
-    for line in textwrap.wrap(printable(text), int((_WIDTH - 50) / _LETTER)):
-        column.label(text=line, icon=icon)
+    for line in textwrap.wrap(printable(text), _LETTERS):
+        layout.label(text=line, icon=icon)
         icon = "BLANK1"
 
 
 def _draw_button(layout, button) -> None:
     """Draw the button that removes a cause."""
     row = layout.row()
+    row.emboss = "NORMAL"  # a menu's entries do not look like buttons
     # Bakes work in the background only if they are invoked. Other operators would ask for what is given here.
     row.operator_context = "INVOKE_DEFAULT" if button.follows else "EXEC_DEFAULT"
     pressed = row.operator(button.operator, text=button.text)

@@ -3,6 +3,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import chain, islice
 from typing import Any
 
 import bpy
@@ -10,10 +11,10 @@ import bpy
 from ..blender.window import has_window
 from ..cameras.view_rays import ViewPixels
 from ..causes.bake_causes import before_assigning, lost_parts, unlinked
-from ..causes.cause import Cause, listed
+from ..causes.cause import HARMLESS, Cause, listed
 from ..causes.direction_causes import lacking_direction
 from ..causes.display_causes import dark_exposure, few_samples, greying_transform, hidden_objects, unshaded_view
-from ..causes.lamp_causes import dark_lamps
+from ..causes.lamp_causes import dark_lamps, has_other_light
 from ..causes.material_causes import hiding_inputs, unsuited_period
 from ..causes.seen_causes import Seen, badly_lit, few_colours, outside_bake, seen, shaded, unseen
 from ..causes.subject import Subject, subject_of
@@ -55,7 +56,7 @@ def findings(context: bpy.types.Context) -> Findings:
         causes += _seen_causes(subject, look, depsgraph)
     causes += [*few_samples(subject), *greying_transform(subject.scene)]
     causes.sort(key=lambda cause: cause.is_warning)
-    if causes and not causes[0].is_warning:
+    if causes and causes[0].kind not in HARMLESS:
         return Findings(causes, causes[0].sentence)
     return Findings(causes, _nothing_wrong(subject, look))
 
@@ -75,20 +76,16 @@ def _settled(context: bpy.types.Context, subject: Subject) -> list[Cause]:
 
 
 def _seen_causes(subject: Subject, look: Seen, depsgraph: bpy.types.Depsgraph) -> Iterator[Cause]:
-    """The causes in a look: none of them explains more than the one before it."""
-    for found in (
-        unseen(subject, look), outside_bake(subject, look), badly_lit(subject, look), shaded(subject, look, depsgraph),
-        few_colours(look),
-    ):  # fmt: skip
-        first = next(found, None)
-        if first is not None:
-            yield first
-            return
+    """The first cause in a look: the later ones follow from it."""
+    found = [unseen(subject, look), outside_bake(subject, look)]
+    if not has_other_light(subject):  # of which a look knows nothing
+        found += [badly_lit(subject, look), shaded(subject, look, depsgraph), few_colours(look)]
+    yield from islice(chain.from_iterable(found), 1)
 
 
 def _nothing_wrong(subject: Subject, look: Seen | None) -> str:
     """The sentence if nothing hides the colours."""
-    if look is None or look.light is None:
+    if look is None or look.light is None or has_other_light(subject):
         return f"Nothing is wrong with {subject.grating.name}, as far as can be told."
     share = f"{look.light.coloured_share:.0%} of what {look.by} sees of {listed(look.things)}"
     return f"Nothing is wrong: lamps show diffraction colours on {share}."

@@ -7,6 +7,7 @@ import bpy
 from mathutils import Vector
 
 from ...precompute.base.failure import GratingError
+from ..blender.window import has_window
 from ..causes.lamp_causes import why_dark
 from ..causes.material_causes import set_number
 from ..causes.seen_light import WELL_LIT
@@ -46,7 +47,7 @@ def _show_lamps(context: bpy.types.Context) -> str:
         if why_dark(lamp, subject):  # only its light linking is left
             lamp.light_linking.receiver_collection = None
     context.view_layer.update()
-    update_lamps(subject.scene)
+    update_lamps(subject.scene, in_viewport=has_window())
     return f"shown: {_names(lamps) or 'no lamp was dark'}"
 
 

@@ -12,13 +12,13 @@ def colourful(scene, watched):
     """The plane under a sun 60 degrees off the normal: it shows the first order of 0.87 x 500 = 433 nm, in pure
     colours."""
     bpy.data.objects["Sun"].rotation_euler = (0, math.radians(60), 0)
-    settings = scene.view_settings
-    kept = settings.view_transform, scene.world
-    settings.view_transform = "Standard"
+    kept, world = scene.view_settings.view_transform, scene.world and scene.world.name
+    scene.view_settings.view_transform = "Standard"
     bpy.context.view_layer.update()
     yield watched
-    settings.view_transform, scene.world = kept
-    settings.exposure, scene.cycles.film_exposure = 0.0, 1.0
+    scene = bpy.context.scene  # an undo frees the former one
+    scene.view_settings.view_transform, scene.world = kept, world and bpy.data.worlds[world]
+    scene.view_settings.exposure, scene.cycles.film_exposure = 0.0, 1.0
     for child in list(scene.collection.children):
         bpy.data.collections.remove(child)
 

@@ -45,6 +45,9 @@ class Layout:
     def progress(self, **_):
         pass
 
+    def separator(self):
+        pass
+
     def row(self, align=False):
         return self
 

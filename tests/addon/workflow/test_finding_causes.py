@@ -2,11 +2,13 @@
 """Why Is It Black?: each cause, provoked on a scene that shows colours, is named first, and its button removes it."""
 
 import math
+from types import SimpleNamespace
 
 import bpy
 import pytest
 
 from tests.addon.colourful import colourful, found, kinds, node_of, press, sun  # noqa: F401  a fixture
+from tests.addon.layout import Layout
 
 
 def into_collection(thing):
@@ -222,6 +224,50 @@ def test_the_operator_reports_the_first_cause(addon, scene, colourful, capfd):  
     capfd.readouterr()
     assert bpy.ops.grating.why_black() == {"FINISHED"}
     assert "Strength is 0 in Diffraction waves, which makes the diffraction black." in capfd.readouterr().out
+
+
+def test_the_popup_draws_four_causes_with_their_buttons(addon, scene, colourful):  # noqa: F811
+    scene.view_settings.exposure = -5.0
+    for name, value in {"Strength": 0.0, "Base Blend": 1.0, "Height Scale": 0.0, "Roughness": 1.0}.items():
+        node_of(colourful).inputs[name].default_value = value
+    popup, layout = addon.why_black, Layout()
+    popup.WhyBlack.found = addon.finding_causes.findings(bpy.context)
+    assert len(popup.WhyBlack.found.causes) == 5
+    popup.draw_causes(SimpleNamespace(layout=layout), bpy.context)
+    assert layout.operators == ["grating.mend_cause"] * 4
+    assert layout.noted("ERROR").startswith(
+        "Strength is 0 in Diffraction waves, which makes the diffraction black. Base"
+    )
+    assert max(map(len, layout.labels)) <= 60
+
+
+def test_the_popup_of_a_scene_without_a_fault(addon, colourful):  # noqa: F811
+    popup, layout = addon.why_black, Layout()
+    popup.WhyBlack.found = addon.finding_causes.findings(bpy.context)
+    popup.draw_causes(SimpleNamespace(layout=layout), bpy.context)
+    assert layout.noted("CHECKMARK").startswith("Nothing is wrong: ") and layout.operators == []
+
+
+def test_a_lamp_that_only_an_instance_shows(addon, scene, colourful):  # noqa: F811
+    held = bpy.data.collections.new("Held")
+    held.objects.link(sun())
+    scene.collection.objects.unlink(sun())
+    empty = bpy.data.objects.new("Instance", None)
+    empty.instance_type, empty.instance_collection = "COLLECTION", held
+    scene.collection.objects.link(empty)
+    (cause,) = found(addon)
+    assert cause.kind == "INSTANCED" and "Instanced lamps do not light diffraction: Sun" in cause.sentence
+    bpy.data.collections.remove(held)
+
+
+def test_undo_takes_back_what_a_button_did(addon, scene, colourful):  # noqa: F811
+    node_of(colourful).inputs["Strength"].default_value = 0.0
+    bpy.ops.ed.undo_push(message="Strength")
+    press(found(addon)[0].button)
+    bpy.ops.ed.undo_push(message="Remove Cause")
+    assert kinds(addon) == []
+    bpy.ops.ed.undo()
+    assert kinds(addon) == ["STRENGTH"]
 
 
 def test_every_action_has_a_function_and_every_button_an_operator(addon, scene):

@@ -7,7 +7,7 @@ import bpy
 import pytest
 
 from tests.addon.cameras.test_view_rays import view_like
-from tests.addon.colourful import colourful, found, kinds, press, sun  # noqa: F401  a fixture
+from tests.addon.colourful import colourful, found, kinds, node_of, press, sun  # noqa: F401  a fixture
 from tests.addon.conftest import add_camera, select
 
 
@@ -81,7 +81,8 @@ def test_an_even_world_shows_no_colours_and_a_shining_object_may(addon, scene, c
         material.use_nodes = True
     material.node_tree.nodes["Principled BSDF"].inputs["Emission Strength"].default_value = 5.0
     bpy.context.object.data.materials.append(material)
-    assert "NO_LAMP" not in kinds(addon)
+    assert kinds(addon) == []
+    assert addon.finding_causes.findings(bpy.context).summary == "Nothing is wrong with waves, as far as can be told."
 
 
 @pytest.fixture
@@ -136,4 +137,32 @@ def test_a_streak_of_colour_is_a_warning(addon, scene, colourful):  # noqa: F811
     colourful.rotation_euler = (0, math.radians(-45), 0)
     (cause,) = found(addon)
     assert cause.kind == "FEW_COLOURS" and cause.is_warning and "Colours show on only" in cause.sentence
-    assert addon.finding_causes.findings(bpy.context).is_well
+    assert addon.finding_causes.findings(bpy.context).summary == cause.sentence
+
+
+def test_a_period_that_needs_grazing_light(addon, colourful):  # noqa: F811
+    """0.6 x 500 nm: violet needs |u| = 400 / 300 = 1.33, and the sun gives 0.87."""
+    node_of(colourful).inputs["Period Scale"].default_value = 0.6
+    (cause,) = found(addon)
+    assert cause.kind == "NO_ORDER" and "lamp and camera must both graze the surface" in cause.sentence
+
+
+def test_a_lamp_so_wide_that_colours_mix(addon, colourful):  # noqa: F811
+    """A sun with a radius of 57 degrees spreads each order over all the others."""
+    sun().data.angle = 2.0
+    (cause,) = found(addon)
+    assert cause.kind == "WHITE" and "its colours mix to white" in cause.sentence
+
+
+def test_sources_of_a_world_count_as_lamps(addon, scene, colourful):  # noqa: F811
+    """A source where the sun was shows its colours, and one above the camera none."""
+    bpy.ops.grating.lights(lights="REST")
+    bpy.data.objects.remove(sun())
+    scene.world = bpy.data.worlds.new("Sky")
+    try:
+        for degrees, expected in ((60, []), (0, ["NO_ORDER"])):
+            direction = (math.sin(math.radians(degrees)), 0.0, math.cos(math.radians(degrees)))
+            scene["ng_world_0_place"], scene["ng_world_0_power"] = [*direction, -1.0], [1.0, 1.0, 1.0, 1.0]
+            assert kinds(addon) == expected
+    finally:
+        del scene["ng_world_0_place"], scene["ng_world_0_power"]
