@@ -2,7 +2,7 @@
 """Where the camera's rays meet meshes that show gratings, and the grating's tangent frame there."""
 
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from math import cos, sin
 from typing import Any
@@ -35,11 +35,6 @@ class Places:
     points: np.ndarray
     to_view: np.ndarray
     frames: np.ndarray
-
-    def every(self, step: int) -> "Places":
-        """Every `step`-th of the points, beginning with the first."""
-        kept = {name: getattr(self, name)[::step] for name in ("rays", "points", "to_view", "frames")}
-        return replace(self, **kept)
 
 
 @dataclass
@@ -84,6 +79,16 @@ def seen_by(
         hits.faces.append(face)
         hits.points.append(point)
     return [_placed(hits, meshes[hits.thing], directions) for hits in found.values()]
+
+
+def rays_that_hit(
+    scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, rays: tuple[np.ndarray, np.ndarray], *,
+    things: Collection[bpy.types.Object],
+) -> np.ndarray:  # fmt: skip
+    """The indices of the rays whose nearest surface belongs to one of these objects, as seen_by finds it."""
+    pairs = zip(*(each.tolist() for each in rays), strict=True)
+    nearest = [_first(scene, depsgraph, Vector(origin), Vector(direction))[3] for origin, direction in pairs]
+    return np.array([k for k, thing in enumerate(nearest) if thing is not None and thing.original in things], int)
 
 
 def _own_instances(depsgraph: bpy.types.Depsgraph) -> set[tuple[bpy.types.Object, tuple[Any, ...]]]:

@@ -16,7 +16,7 @@ from ...precompute.table.radiance import Skin, lamp_radiance
 from ...precompute.table.table import Table
 from ..cameras.camera_look import skin_of
 from ..cameras.camera_rays import Pixels
-from ..cameras.seen_surfaces import Places, boxes_with_gratings, seen_by
+from ..cameras.seen_surfaces import Places, boxes_with_gratings, rays_that_hit, seen_by
 from ..cameras.view_rays import ViewPixels
 from ..lamps.light_rig import POINTS, STUDIO, SUN, WINDOW, RigLamp, replace_rig
 from ..materials.group_properties import variation_of
@@ -26,8 +26,12 @@ from .adding_diffraction_lamps import shows_grating
 from .following_lamps import update_lamps
 from .restoring_bakes import bake_of, bake_shown_by
 
-# Rays towards the objects; places that are scored; places from which shadows are sought.
-_RAYS, _PLACES, _SHADOW_PLACES = 4000, 400, 16
+# Rays that search the objects; patches that are scored; places from which shadows are sought.
+_RAYS, _PATCHES, _SHADOW_PLACES = 2000, 80, 12
+# The side of a patch over the picture's width, within which an eye mixes colours, and the rays through a patch, over
+# its side.
+_PATCH = 1 / 300
+_IN_PATCH = np.stack(np.meshgrid((-1, 0, 1), (-1, 0, 1)), axis=-1).reshape(-1, 2) / 3
 # The key's irradiance in W/m2. A diffuse surface of 50 % grey that faces the key has the radiance 0.5 E / pi, here 0.4.
 _KEY = 0.8 * math.pi
 # The distance of lamps from the middle, in radii of the objects' bounding box.
@@ -35,7 +39,7 @@ _FAR = 4.0
 # The weights of directions: from below in the picture (1 from above); from the camera itself, which looks flat (1 from
 # the side); for lamps that light nothing else of what is seen; for lamps that stand in the picture; for lamps that
 # other objects hide.
-_BELOW, _FLAT, _DARK, _IN_PICTURE, _SHADED = 0.6, 0.7, 0.5, 0.5, 0.3
+_BELOW, _FLAT, _DARK, _IN_PICTURE, _SHADED = 0.6, 0.7, 0.3, 0.5, 0.3
 # The kind and the sizes of a rig's key. A lamp larger than 9 degrees in radius would light diffraction with noise.
 _KEYS = {
     SUN: ("SUN", (math.radians(2), math.radians(2))),
@@ -122,16 +126,17 @@ def _lit(
     """What the picture shows of the gratings on these objects. Raises GratingError if that is nothing."""
     boxes = list(boxes_with_gratings(depsgraph, objects))
     window = pixels.window_of(boxes)
-    rays = None if window is None else pixels.rays(pixels.places(window, _RAYS))
-    found = [] if rays is None else seen_by(scene, depsgraph, rays)
+    at = np.zeros((0, 2)) if window is None else pixels.places(window, _RAYS)
+    hit = rays_that_hit(scene, depsgraph, pixels.rays(at), things=objects)
+    within = _PATCH * _IN_PATCH * (1, pixels.size[0] / pixels.size[1])
+    at = at[hit[:: max(1, len(hit) // _PATCHES)], None] + within
+    found = seen_by(scene, depsgraph, pixels.rays(at.reshape(-1, 2)))
     found = [each for each in found if each.thing.original in objects]
     if not found:
         fault = "the camera sees nothing of its grating"
         raise GratingError(objects[0].name, fault, "turn the camera to it, or check its UV map")
     corners = np.concatenate([_corners(*box) for box in boxes])
     radius = float(np.linalg.norm(corners.max(axis=0) - corners.min(axis=0))) / 2
-    step = max(1, sum(len(each.points) for each in found) // _PLACES)
-    found = [each.every(step) for each in found]
     return _Lit(found, np.concatenate([each.points for each in found]).mean(axis=0), max(radius, 1e-6))
 
 
@@ -147,7 +152,7 @@ def _seen(scene: bpy.types.Scene, lit: _Lit) -> list[Seen]:
     return [
         Seen(
             each.points - lit.middle, each.to_view, _turned(each.frames, _turn_of(each.node)),
-            _radiance(tables[each.node.node_tree], skin_of(each.node)),
+            each.rays // len(_IN_PATCH), _radiance(tables[each.node.node_tree], skin_of(each.node)),
         )
         for each in lit.places
     ]  # fmt: skip

@@ -2,7 +2,7 @@
 """Finds from where a lamp makes a grating show the most colour to a viewer.
 
 Candidates are the directions of an even lattice over the sphere. Each is scored by the mean colour (colour_of) that
-the places which the viewer sees would show under a lamp there. The best candidate is then refined within its cell.
+the patches which the viewer sees would show under a lamp there. The best candidate is then refined within its cell.
 """
 
 import math
@@ -39,12 +39,19 @@ class Seen:
     points    (n, 3), positions
     to_view   (n, 3), unit vectors to the viewer
     frames    (n, 3, 3), the unit vectors T, B, N of each place
+    patches   (n,), ascending numbers: the viewer sees places of one number as one spot, the mean of their light
     radiance  what the surface shows under a lamp"""
 
     points: np.ndarray
     to_view: np.ndarray
     frames: np.ndarray
+    patches: np.ndarray
     radiance: Radiance
+
+    @property
+    def first_of_patch(self) -> np.ndarray:
+        """The index of the first place of each patch."""
+        return np.flatnonzero(np.diff(self.patches, prepend=-np.inf))
 
 
 @dataclass(frozen=True)
@@ -75,20 +82,20 @@ class Chosen:
 def two_best(seen: Sequence[Seen], lamp: Lamp, prefer: Preference) -> tuple[Chosen, Chosen] | None:
     """The direction from which a lamp makes the viewer see the most colour, and the best of another azimuth.
 
-    The second direction counts twice what it adds at places that the first leaves without colour. Where no second one
+    The second direction counts twice what it adds at patches that the first leaves without colour. Where no second one
     shows colour, it is the first, turned by half a turn about the vertical, with its colour of 0. None if no direction
     shows colour."""
     everywhere = fibonacci_sphere(CANDIDATES)
     high = everywhere[:, 2] > math.sin(_LOWEST_ELEVATION)
     for candidates in (everywhere[high], everywhere[~high]):
         coarse = Lamp(lamp.irradiance, max(lamp.variance, CELL_VARIANCE), lamp.distance)
-        colours = colours_at(seen, candidates, coarse)
-        score = colours.mean(axis=1) * prefer(candidates)
+        colours, weights = colours_at(seen, candidates, coarse), prefer(candidates)
+        score = colours.mean(axis=1) * weights
         if score.max() <= 0:
             continue
         best = int(np.argmax(score))
         added = np.maximum(colours - colours[best], 0).mean(axis=1)
-        others = (score + added * prefer(candidates)) * are_apart(candidates, candidates[best])
+        others = (score + added * weights) * are_apart(candidates, candidates[best])
         first = _refined(seen, lamp, prefer, around=candidates[best])
         second = int(np.argmax(others))
         if others[second] <= 0:
@@ -98,7 +105,7 @@ def two_best(seen: Sequence[Seen], lamp: Lamp, prefer: Preference) -> tuple[Chos
 
 
 def colours_at(seen: Sequence[Seen], directions: np.ndarray, lamp: Lamp) -> np.ndarray:
-    """The colour (m, n) that each of all n places shows under a lamp in each of m directions."""
+    """The colour (m, n) that each of all n patches shows under a lamp in each of m directions."""
     rows = max(1, _AT_ONCE // max(sum(len(each.points) for each in seen), 1))
     parts = [directions[start : start + rows] for start in range(0, len(directions), rows)]
     return np.concatenate([np.concatenate([_colours(each, part, lamp) for each in seen], axis=1) for part in parts])
@@ -117,7 +124,7 @@ def fibonacci_sphere(count: int) -> np.ndarray:
 
 
 def _colours(seen: Seen, directions: np.ndarray, lamp: Lamp) -> np.ndarray:
-    """The colours (m, n) of one surface's places."""
+    """The colours (m, n) of one surface's patches."""
     if math.isinf(lamp.distance):
         wi = np.einsum("nij,mj->mni", seen.frames, directions)
         nearness = np.ones(wi.shape[:2])
@@ -127,23 +134,24 @@ def _colours(seen: Seen, directions: np.ndarray, lamp: Lamp) -> np.ndarray:
         wi = np.einsum("nij,mnj->mni", seen.frames, to_lamp / np.sqrt(squared)[..., None])
         nearness = lamp.distance**2 / squared
     wr = np.broadcast_to(np.einsum("nij,nj->ni", seen.frames, seen.to_view), wi.shape)
-    colours = np.zeros(nearness.shape)
+    rgb = np.zeros(wi.shape)
     lit = (wi[..., 2] > 0) & (wr[..., 2] > 0)
     if lit.any():
         near = nearness[lit]
-        rgb = seen.radiance(wi[lit], wr[lit], lamp.irradiance * near, lamp.variance * near)
-        colours[lit] = colour_of(rgb)
-    return colours
+        rgb[lit] = seen.radiance(wi[lit], wr[lit], lamp.irradiance * near, lamp.variance * near)
+    first = seen.first_of_patch
+    places = np.diff(first, append=len(seen.points))
+    return colour_of(np.add.reduceat(rgb, first, axis=1) / places[:, None])
 
 
 def colour_of(rgb: np.ndarray) -> np.ndarray:
-    """How coloured linear RGB (n, 3) looks in a picture, (n,), at most 1: the largest minus the smallest component,
+    """How coloured linear RGB (..., 3) looks in a picture, (...,), at most 1: the largest minus the smallest component,
     times the saturation, which is this difference over the largest. A roll-off comes first, so that bright colours fade
     to white as on film. Negative where all components are burnt out, above 1."""
     shown = 1 - np.exp(-rgb / _MIDDLE)
-    largest = shown.max(axis=1)
-    colour = (largest - shown.min(axis=1)) ** 2 / np.maximum(largest, 1e-30)
-    return colour - _GLARE * (rgb.min(axis=1) > 1)
+    largest = shown.max(axis=-1)
+    colour = (largest - shown.min(axis=-1)) ** 2 / np.maximum(largest, 1e-30)
+    return colour - _GLARE * (rgb.min(axis=-1) > 1)
 
 
 def _refined(seen: Sequence[Seen], lamp: Lamp, prefer: Preference, *, around: np.ndarray) -> Chosen:

@@ -2,6 +2,7 @@
 """The best directions of light, against the grating equation."""
 
 import math
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -59,7 +60,7 @@ def plane(to_view, radiance, normal=(0.0, 0.0, 1.0)):
     t = np.array([1.0, 0.0, 0.0])
     frame = np.stack([t, np.cross(normal, t), normal])
     points = np.random.default_rng(0).uniform(-1, 1, (20, 3)) * (1, 1, 0)
-    return Seen(points, np.tile(to_view, (20, 1)), np.tile(frame, (20, 1, 1)), radiance)
+    return Seen(points, np.tile(to_view, (20, 1)), np.tile(frame, (20, 1, 1)), np.arange(20), radiance)
 
 
 def disc(to_view, radiance):
@@ -67,7 +68,7 @@ def disc(to_view, radiance):
     turn = np.linspace(0, 2 * np.pi, 90, endpoint=False)
     t = np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
     n = np.tile((0.0, 0.0, 1.0), (90, 1))
-    return Seen(t, np.tile(to_view, (90, 1)), np.stack([t, np.cross(n, t), n], axis=1), radiance)
+    return Seen(t, np.tile(to_view, (90, 1)), np.stack([t, np.cross(n, t), n], axis=1), np.arange(90), radiance)
 
 
 def evenly(directions):
@@ -114,7 +115,7 @@ def test_a_disc_is_lit_by_the_grating_equation(view):
 def test_a_near_lamp_shines_from_its_place():
     """A small plane, 1 away from the middle, under a lamp at a distance of 2."""
     seen = plane((0.0, 0.0, 1.0), ideal)
-    aside = Seen(seen.points * 1e-3 + (1.0, 0.0, 0.0), seen.to_view, seen.frames, ideal)
+    aside = Seen(seen.points * 1e-3 + (1.0, 0.0, 0.0), seen.to_view, seen.frames, seen.patches, ideal)
     first, _ = two_best([aside], Lamp(math.pi, distance=2.0), evenly)
     to_lamp = 2.0 * first.direction - (1.0, 0.0, 0.0)
     u, v, _ = to_lamp / np.linalg.norm(to_lamp)
@@ -144,6 +145,20 @@ def test_a_preference_decides_between_equals():
     for side in (1, -1):
         first, second = two_best([plane((0.0, 0.0, 1.0), ideal)], SUN, lambda d, side=side: 0.6 + 0.4 * side * d[:, 0])
         assert first.direction[0] * side > 0 > second.direction[0] * side
+
+
+def test_colours_that_mix_in_a_patch_do_not_count():
+    """Half of the places show red and half show cyan: alone they are coloured, and together grey."""
+
+    def radiance(wi, *_):
+        red = np.arange(len(wi)) % 2 == 0
+        return np.where(red[:, None], (1.0, 0.0, 0.0), (0.0, 1.0, 1.0))
+
+    apart = plane((0.0, 0.0, 1.0), radiance)
+    mixed = replace(apart, patches=apart.patches // 2)
+    up = np.array([[0.0, 0.0, 1.0]])
+    assert (colours_at([apart], up, SUN) > 0.5).all()
+    np.testing.assert_allclose(colours_at([mixed], up, SUN), np.zeros((1, 10)), atol=1e-12)
 
 
 def test_no_colour_no_direction():
