@@ -39,7 +39,7 @@ from .operators import (
     vary_grating,
     why_black,
 )
-from .ui import direction_panel, facts, panel, preset_pictures, steps_panel
+from .ui import direction_panel, facts, folds, panel, preset_pictures, steps_panel
 from .workflow import handlers, previewing_levelling
 
 # Registration order: a property group comes before the property groups that hold it.
@@ -85,6 +85,7 @@ CLASSES = (
     bake_direction_map.BakeDirectionMap,
     why_black.WhyBlack,
     why_black.MendCause,
+    folds.Folds,
     panel.PresetMenu,
     panel.SampleMenu,
     panel.GratingList,
@@ -106,6 +107,7 @@ def register() -> None:
         bpy.utils.register_class(cls)
     bpy.types.Scene.natural_gratings = bpy.props.PointerProperty(type=grating.SceneGratings)  # type: ignore[func-returns-value]  # the stubs say it returns None
     setattr(bpy.types.WindowManager, preset_pictures.CHOSEN, preset_pictures.chosen_preset())
+    setattr(bpy.types.WindowManager, folds.FOLDS, bpy.props.PointerProperty(type=folds.Folds))  # type: ignore[func-returns-value]  # as above
     bpy.types.TOPBAR_MT_file_import.append(import_height_map.menu_entry)
     bpy.types.VIEW3D_MT_light_add.append(add_diffraction_lamp.menu_entry)
     bpy.types.VIEW3D_MT_mesh_add.append(add_snake.menu_entry)
@@ -130,6 +132,7 @@ def unregister() -> None:
     bpy.types.VIEW3D_MT_mesh_add.remove(add_snake.menu_entry)
     bpy.types.VIEW3D_MT_light_add.remove(add_diffraction_lamp.menu_entry)
     bpy.types.TOPBAR_MT_file_import.remove(import_height_map.menu_entry)
+    delattr(bpy.types.WindowManager, folds.FOLDS)
     delattr(bpy.types.WindowManager, preset_pictures.CHOSEN)
     preset_pictures.forget_pictures()
     del bpy.types.Scene.natural_gratings

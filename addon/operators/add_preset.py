@@ -5,7 +5,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty
 
 from ...precompute.base.failure import GratingError
-from .reports import report_added
+from .reports import report_added, report_failure, report_lines
 
 # Blender keeps no reference to the texts of a dynamic enumeration, so they are kept here. Read at the first use.
 _items: list[tuple[str, str, str]] = []
@@ -49,5 +49,8 @@ class AddPreset(bpy.types.Operator):
         from ..workflow.adding_presets import import_preset, put_preset
 
         if self.assign:
-            return report_added(self, lambda: put_preset(context.scene, self.preset, context.selected_objects))
+            try:
+                return report_lines(self, put_preset(context.scene, self.preset, context.selected_objects))
+            except GratingError as error:
+                return report_failure(self, error)
         return report_added(self, lambda: [import_preset(context.scene, self.preset)])

@@ -7,17 +7,20 @@ from typing import Any
 
 import bpy
 
+from ..direction.uv_maps import has_uv_map
+from ..gratings.direction_source import AXIS
 from ..gratings.grating import Grating
 from ..gratings.lights_choice import LAMPS_ONLY
 from ..operators.add_light_rig import AddLightRig
 from ..operators.assign import AssignToSelected
 from ..operators.bake_grating import BakeGrating
+from ..operators.choose_direction import ChooseDirection
 from ..operators.why_black import MendCause
 from .facts import Facts
 
 SURFACE, LOOK, LIGHT, QUALITY = "1 Surface", "2 Look", "3 Light", "4 Quality"
-# The states of a step. Blender remembers for each state whether the artist folded the step.
-DONE, NOW, LATER = "done", "now", "later"
+# The states of a step.
+DONE, NOW, LATER = STATES = "done", "now", "later"
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,13 @@ def next_step(context: bpy.types.Context, grating: Grating, facts: Facts) -> Nex
         chosen = [thing for thing in context.selected_objects if thing.type == "MESH"]
         if not chosen:
             return Next(LOOK, "Select a mesh in the 3D view. It will show the grating")
+        source = grating.frame_source()
+        bare = [thing.name for thing in chosen if not has_uv_map(thing.data, source)]
+        if bare:
+            return Next(
+                LOOK, f"{', '.join(bare)}: no UV map that gives a direction", ChooseDirection.bl_idname,
+                text="Use the Object's Z Axis", icon="ORIENTATION_LOCAL", properties={"kind": AXIS, "axis": "Z"},
+            )  # fmt: skip
         text = f"Assign to {chosen[0].name}" if len(chosen) == 1 else f"Assign to {len(chosen)} Meshes"
         return Next(LOOK, operator=AssignToSelected.bl_idname, text=text, icon="BRUSH_DATA")
     if not is_lit(grating, facts):

@@ -19,9 +19,10 @@ from ..operators.remove_grating import RemoveGrating
 from ..operators.show_me import BackFromShow, ShowMe
 from ..operators.why_black import WhyBlack
 from .facts import SceneFacts, facts_of
+from .folds import fold_of, folds
 from .light_part import draw_light, draw_warnings
 from .look_part import draw_look
-from .next_step import DONE, LIGHT, LOOK, NOW, QUALITY, SURFACE, Next, next_step, state_of
+from .next_step import DONE, LIGHT, LOOK, QUALITY, SURFACE, Next, next_step, state_of
 from .notes import draw_note
 from .preset_pictures import CHOSEN, presets_with_pictures
 from .quality_part import draw_quality
@@ -121,7 +122,12 @@ class _Drawn(_Panel):
             (QUALITY, quality, lambda body: draw_quality(body, context, grating)),
         )
         for step, text, draw in parts:
-            _draw_step(layout, step, text, state=state_of(step, following), draw=draw)
+            state = state_of(step, following)
+            header, body = layout.panel_prop(folds(context), fold_of(step, state))
+            title = step[2:]
+            header.label(text=f"{title}: {text}" if text else title, icon="CHECKMARK" if state == DONE else "NONE")
+            if body is not None:
+                draw(body)
 
 
 class GratingPanel(_Drawn, bpy.types.Panel):
@@ -227,17 +233,11 @@ def _draw_next(layout, context, following: Next | None) -> None:
     if following.operator:
         row = layout.row()
         row.scale_y = _LARGE
+        # Bakes work in the background only if they are invoked. Other operators would ask for what is given here.
+        row.operator_context = "EXEC_DEFAULT" if following.properties else "INVOKE_DEFAULT"
         button = row.operator(following.operator, text=following.text, icon=following.icon)
         for name, value in following.properties.items():
             setattr(button, name, value)
-
-
-def _draw_step(layout, step: str, text: str, *, state: str, draw) -> None:
-    """Draw a step of the work, folded unless it is the present one."""
-    header, body = layout.panel(f"GRATING_PT_{step[0]}_{state}", default_closed=state != NOW)
-    header.label(text=f"{step[2:]}: {text}" if text else step[2:], icon="CHECKMARK" if state == DONE else "NONE")
-    if body is not None:
-        draw(body)
 
 
 def _period(grating) -> str:

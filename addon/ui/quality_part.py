@@ -6,6 +6,7 @@ from ..operators.bake_grating import BakeGrating
 from ..operators.bake_needs import BakeNeeds
 from ..operators.choose_quality import ChooseQuality
 from ..operators.follows_bake import running_bake
+from .folds import DETAILS, folds
 from .notes import draw_facts
 
 
@@ -25,7 +26,7 @@ def draw_quality(layout, context, grating) -> None:
     row = layout.row()
     row.prop(grating, "footprint")
     row.prop(grating, "shadows")
-    header, body = layout.panel("GRATING_PT_details", default_closed=True)
+    header, body = layout.panel_prop(folds(context), DETAILS)
     header.label(text="Details")
     if body is not None:
         settings = body.column(align=True)

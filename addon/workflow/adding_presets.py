@@ -6,10 +6,12 @@ import json
 import bpy
 
 from ...precompute.presets.presets import Preset, read_preset
-from ..gratings.direction_source import RADIAL, STORED, DirectionSource
+from ..direction.uv_maps import has_uv_map
+from ..gratings.direction_source import AXIS, RADIAL, STORED, DirectionSource
 from ..gratings.grating import Grating, active_grating, request_record, unused_name
 from .assigning import assign_to_meshes
 from .baking import bake_and_wait
+from .choosing_direction import choose_frame
 from .chosen_meshes import meshes_among
 from .importing import add_averaged, keep_if_new
 from .taking_drafts import take_draft
@@ -38,14 +40,22 @@ def import_preset(scene: bpy.types.Scene, name: str) -> str:
 
 
 def put_preset(scene: bpy.types.Scene, name: str, objects: list[bpy.types.Object]) -> list[str]:
-    """Add a preset as import_preset does, bake it if no draft ships, and put it on the meshes among the objects.
-    Returns lines to report. Raises GratingError as add_preset and assign_to_meshes do."""
-    meshes_among(scene, objects, SOURCES[read_preset(name).direction])  # first, because it may raise
+    """Add a preset as import_preset does, bake it if no draft ships, and put it on the meshes among the objects. Where
+    a mesh has no UV map, the direction follows the objects' Z axis. Returns lines to report. Raises GratingError as
+    add_preset and assign_to_meshes do, with nothing added if a mesh cannot carry it."""
+    source, lines = SOURCES[read_preset(name).direction], []
+    bare = [thing.name for thing in objects if thing.type == "MESH" and not has_uv_map(thing.data, source)]
+    if bare:
+        source = DirectionSource(AXIS, axis="Z")
+        lines = [f"{', '.join(bare)}: no UV map, so the direction follows the object's Z axis; Direction changes it"]
+    meshes_among(scene, objects, source)  # first, because it may raise
     line = import_preset(scene, name)
     grating = active_grating(scene)
+    if bare:
+        choose_frame(grating, source)
     if not grating.bake_path:
         bake_and_wait(grating)
-    return [line, *assign_to_meshes(scene, objects)]
+    return [line, *assign_to_meshes(scene, objects), *lines]
 
 
 def _take_look(grating: Grating, preset: Preset) -> None:

@@ -60,6 +60,9 @@ class Layout:
     def panel(self, _name, default_closed=False):
         return self, None if default_closed and self.folded else self
 
+    def panel_prop(self, data, name):
+        return self, self if getattr(data, name) or not self.folded else None
+
     def noted(self, icon):
         """The labels with an icon, each with its continuation lines, as one text."""
         kept, lines = False, []

@@ -73,6 +73,15 @@ def test_a_view_that_is_not_rendered_is_offered_to_switch(scene, grating, follow
     assert following(space_data=view) is None
 
 
+def test_a_mesh_without_a_uv_map_is_offered_its_axis(scene, grating, following):
+    plane = bpy.context.active_object
+    plane.data.uv_layers.remove(plane.data.uv_layers[0])
+    offer = following()
+    assert (offer.operator, offer.sentence) == ("grating.direction", "Plane: no UV map that gives a direction")
+    bpy.ops.grating.direction(**offer.properties)
+    assert following().operator == "grating.assign"
+
+
 def test_only_the_present_step_is_open(scene, grating, panel):
     """A step that is done has a tick."""
     layout = panel()

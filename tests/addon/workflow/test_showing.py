@@ -90,10 +90,18 @@ def test_a_preset_is_put_on_the_selected_meshes_at_once(addon, scene, shipped):
     assert addon.material.diffraction_nodes(plane.active_material)
 
 
-def test_a_preset_that_a_mesh_cannot_carry_is_not_added(scene, shipped):
+def test_a_mesh_without_a_uv_map_shows_a_preset_along_its_axis(addon, scene, shipped, capfd):
     plane = bpy.context.active_object
     plane.data.uv_layers.remove(plane.data.uv_layers[0])
-    with pytest.raises(RuntimeError, match="UV map"):
+    assert bpy.ops.grating.add_preset(preset=PRESET, assign=True) == {"FINISHED"}
+    assert addon.material.diffraction_nodes(plane.active_material)
+    assert scene.natural_gratings.active().frame_source().kind == "AXIS"
+    assert "Plane: no UV map, so the direction follows the object's Z axis" in capfd.readouterr().out
+
+
+def test_a_preset_that_no_mesh_can_carry_is_not_added(scene, shipped):
+    bpy.context.active_object.data.clear_geometry()
+    with pytest.raises(RuntimeError, match="no faces"):
         bpy.ops.grating.add_preset(preset=PRESET, assign=True)
     assert len(scene.natural_gratings.items) == 0
 
