@@ -71,12 +71,6 @@ def replace_rig(scene: bpy.types.Scene, lamps: Sequence[RigLamp], middle: np.nda
     return [_add(collection, lamp, middle) for lamp in lamps]
 
 
-def rig_lamps(scene: bpy.types.Scene) -> list[bpy.types.Object]:
-    """The lamps of the scene's rig."""
-    found = [each for each in scene.collection.children_recursive if stored.flag(each, _RIG)]
-    return [thing for each in found for thing in each.objects if stored.flag(thing, _RIG)]
-
-
 def _collection_of(scene: bpy.types.Scene) -> bpy.types.Collection:
     """The scene's collection of rig lamps, made if missing."""
     for each in scene.collection.children_recursive:

@@ -25,6 +25,8 @@ _LOWEST_ELEVATION = math.radians(5)
 AZIMUTH_APART, _APART = math.radians(40), math.radians(25)
 # The radiance of the picture's middle grey, and the colour that a place burnt to white takes away.
 _MIDDLE, _GLARE = 0.5, 0.3
+# The least score of a second direction, over that of the best.
+_WORTHWHILE = 0.1
 # Candidates times places that are scored at once, so that arrays stay below 10 MB.
 _AT_ONCE = 1 << 16
 # Radiance in linear RGB (n, 3) towards wr (n, 3) under lamps at wi (n, 3), unit vectors along (T, B, N), of irradiance
@@ -83,8 +85,8 @@ def two_best(seen: Sequence[Seen], lamp: Lamp, prefer: Preference) -> tuple[Chos
     """The direction from which a lamp makes the viewer see the most colour, and the best of another azimuth.
 
     The second direction counts twice what it adds at patches that the first leaves without colour. Where no second one
-    shows colour, it is the first, turned by half a turn about the vertical, with its colour of 0. None if no direction
-    shows colour."""
+    shows a tenth of the colour, it is the first, turned by half a turn about the vertical, with its colour of 0. None
+    if no direction shows colour."""
     everywhere = fibonacci_sphere(CANDIDATES)
     high = everywhere[:, 2] > math.sin(_LOWEST_ELEVATION)
     for candidates in (everywhere[high], everywhere[~high]):
@@ -98,7 +100,7 @@ def two_best(seen: Sequence[Seen], lamp: Lamp, prefer: Preference) -> tuple[Chos
         others = (score + added * weights) * are_apart(candidates, candidates[best])
         first = _refined(seen, lamp, prefer, around=candidates[best])
         second = int(np.argmax(others))
-        if others[second] <= 0:
+        if others[second] < _WORTHWHILE * score[best]:
             return first, Chosen(first.direction * (-1, -1, 1), 0.0)
         return first, _refined(seen, lamp, prefer, around=candidates[second])
     return None

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from precompute.bake.ensemble import bake
+from precompute.bake.needs import Needs
 from precompute.bake.request import BakeRequest
 from precompute.measure.light_directions import (
     AZIMUTH_APART,
@@ -21,6 +22,7 @@ from precompute.measure.light_directions import (
     fibonacci_sphere,
     two_best,
 )
+from precompute.optics.region import Region
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import prepare
 from precompute.table.radiance import Skin, lamp_radiance
@@ -110,6 +112,22 @@ def test_a_disc_is_lit_by_the_grating_equation(view):
     """The orders of a disc lie where T is along the tangential part of the sum of both directions."""
     first, _ = two_best([disc(view, ideal)], SUN, evenly)
     assert is_coloured(np.linalg.norm((first.direction + view)[:2]), 0.0)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_bake_of_one_side_is_lit_from_there(side):
+    """Outside of its region the bake is black, as in the material."""
+    region = Region((0.1, 1.0), (-0.2, 0.2)) if side > 0 else Region((-1.0, -0.1), (-0.2, 0.2))
+    relief = prepare(read_height_map("grating:sinusoidal?period_um=1.6&depth_nm=246"))
+    table = bake(relief, BakeRequest(coherence_length_m=10e-6, needs=Needs(region)))
+
+    def radiance(wi, wr, irradiance, variance):
+        return lamp_radiance(table, wi, wr, irradiance=irradiance[:, None], variance=variance)
+
+    first, second = two_best([plane((0.0, 0.0, 1.0), radiance)], SUN, evenly)
+    assert first.direction[0] * side > 0.1
+    # The mirror image of a sinusoid is coloured too.
+    assert second.colour == 0 or second.direction[0] * side > -SPACING
 
 
 def test_a_near_lamp_shines_from_its_place():
