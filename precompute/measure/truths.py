@@ -49,11 +49,11 @@ def _half_vectors(
         if share == 0:
             continue
         power, grid = spectrum(w / lam)
-        cumulative = np.cumsum(np.maximum(power, 0), dtype=float)
+        power = np.maximum(power, 0)
+        cumulative = np.cumsum(power.sum(axis=1, dtype=float))
         if cumulative[-1] <= 0:
             continue
-        bins = np.searchsorted(cumulative, rng.random(share) * cumulative[-1])
-        row, col = np.unravel_index(np.minimum(bins, power.size - 1), power.shape)
+        row, col = _drawn_bins(power, cumulative, rng.random(share) * cumulative[-1])
         uv = lam * np.stack([grid.q_x[col], grid.q_y[row]], axis=-1) + sigma_b * rng.standard_normal((share, 2))
         half.append(uv)
     if not half:
@@ -61,6 +61,19 @@ def _half_vectors(
     uv = rng.permutation(np.concatenate(half))
     uv = uv[np.sum(uv**2, axis=1) < 4 - w**2][:count]
     return np.column_stack([uv, np.full(len(uv), w)])
+
+
+def _drawn_bins(power: np.ndarray, cumulative: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The rows and columns (n,) of the bins (ny, nx) at which the power, summed row by row, reaches the sums `at` (n,).
+    `cumulative` is the sum up to the end of each row. Only rows that are drawn are summed bin by bin: a line grating's
+    light is in one."""
+    row = np.minimum(np.searchsorted(cumulative, at), len(cumulative) - 1)
+    within = at - np.where(row > 0, cumulative[row - 1], 0.0)
+    column = np.empty(len(at), int)
+    for one in np.unique(row):
+        drawn = row == one
+        column[drawn] = np.searchsorted(np.cumsum(power[one], dtype=float), within[drawn])
+    return row, np.minimum(column, power.shape[1] - 1)
 
 
 def truths(

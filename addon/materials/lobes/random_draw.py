@@ -87,9 +87,7 @@ class SampleSetNodes:
         def reflectance(cosine: Value) -> Value | float:
             if self.reflectance is None:
                 return 1.0
-            found, _ = _look_up(
-                tree, self.reflectance, tree.vector(share, cosine, 0.0), label="Reflectance", interpolation="Linear"
-            )
+            found = tree.image(self.reflectance, tree.vector(share, cosine, 0.0), "Reflectance")
             return tree.dot(found, (1.0, 0.0, 0.0))
 
         return Draw(uv, wavelength, _normal(tree, place), weight, reflectance)
@@ -137,10 +135,8 @@ def _normal(tree: Tree, place: Value) -> Value:
     return tree.vector(radius * tree.math("COSINE", angle), radius * tree.math("SINE", angle), 0.0)
 
 
-def _look_up(
-    tree: Tree, image: bpy.types.Image, at: Value, *, label: str, interpolation: str = "Closest"
-) -> tuple[Value, Value]:
-    """Colour and alpha at a place. By default those of the nearest texel: most texels have no meaning in between."""
-    settings = {"image": image, "interpolation": interpolation, "extension": "EXTEND"}
+def _look_up(tree: Tree, image: bpy.types.Image, at: Value, *, label: str) -> tuple[Value, Value]:
+    """Colour and alpha of the texel nearest to a place. These texels have no meaning in between."""
+    settings = {"image": image, "interpolation": "Closest", "extension": "EXTEND"}
     node = tree.node("ShaderNodeTexImage", at, label=label, **settings)
     return tree.value(node.outputs["Color"]), tree.value(node.outputs["Alpha"])

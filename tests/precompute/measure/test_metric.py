@@ -10,7 +10,7 @@ from precompute.colour.difference import delta_e_2000, lab
 from precompute.colour.observer import white_xyz
 from precompute.measure.errors import COUNTED_Y, EXPOSURE_PERCENTILES, Errors, Truth, measure
 from precompute.measure.pairs import Pairs, draw_w
-from precompute.measure.truths import draw_pairs, truths
+from precompute.measure.truths import _drawn_bins, draw_pairs, truths
 from precompute.optics.fresnel import KERATIN_IOR
 from precompute.optics.small_slope import small_slope_reflectance
 from precompute.reference.ensemble_reference import reference_grid, reference_xyz
@@ -329,3 +329,14 @@ def test_a_metal_is_measured_after_its_bound(truth):
 def test_the_worse_of_two_has_the_larger_percentiles():
     one, other = Errors(1, 2, 3, 7, 0.1, 0.4, 0.2, 100, 0.01), Errors(2, 4, 6, 6.5, 0.3, 0.2, 0.1, 50, 0.02)
     assert one.worse_of(other) == other.worse_of(one) == Errors(2, 4, 6, 6.5, 0.3, 0.4, 0.2, 50, 0.02)
+
+
+def test_bins_are_drawn_as_from_one_sum_over_all():
+    """Whole numbers have exact sums. Rows and bins without light are never drawn."""
+    rng = np.random.default_rng(0)
+    power = rng.integers(0, 3, (40, 50)).astype(np.float32)
+    power[[0, 7, 39]] = 0
+    at = power.sum() * rng.random(3000)
+    row, column = _drawn_bins(power, np.cumsum(power.sum(axis=1, dtype=float)), at)
+    np.testing.assert_array_equal(row * 50 + column, np.searchsorted(np.cumsum(power), at))
+    assert (power[row, column] > 0).all()
