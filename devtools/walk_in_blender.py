@@ -93,6 +93,8 @@ def set_up() -> Steps:
     next(a for a in first_window().screen.areas if a.type == "PROPERTIES").type = "INFO"
     yield from show_sidebar()
     bpy.context.preferences.view.smooth_view = 0
+    for fold in ("look_done", "look_later", "light_done"):  # so that every button of these steps is on the screen
+        setattr(bpy.context.window_manager.natural_gratings_folds, fold, True)
     with bpy.context.temp_override(window=first_window(), area=area, region=view()[1]):
         bpy.ops.view3d.view_center_camera()
     yield SECOND
@@ -175,7 +177,7 @@ def undo_past_the_bake() -> Steps:
     for _ in range(3):
         yield from press_in_view("Z", ctrl=True, shift=True)
     assert diffracts("Left") and grating().bake_path == path
-    yield from press_button("bpy.ops.grating.remove_diffraction", across=0.7)
+    yield from press_button("bpy.ops.grating.remove_diffraction", across=0.8)
     assert thing("Left").active_material.name == "Shared Paint", thing("Left").active_material
     yield RENDERED
     picture("removed_again", "Remove gives back the paint that Assign had replaced")
@@ -189,7 +191,7 @@ def slots() -> Steps:
     yield RENDERED
     picture("one_of_three_slots", "Assign on three slots: the report says which slot was replaced")
     yield from press_in_view("Z", ctrl=True)
-    yield from press_button("bpy.ops.grating.add_diffraction")
+    yield from press_button("bpy.ops.grating.add_diffraction", across=0.5)
     nodes = part("materials.material").diffraction_nodes
     assert all(nodes(slot.material) for slot in thing("Three").material_slots)
     yield RENDERED
@@ -199,10 +201,10 @@ def slots() -> Steps:
 def shared_material() -> Steps:
     """Remove on one of two objects that share a material; then Assign; then Assign after a node was deleted by hand."""
     select("Left", "Right")
-    yield from press_button("bpy.ops.grating.add_diffraction")
+    yield from press_button("bpy.ops.grating.add_diffraction", across=0.5)
     assert diffracts("Left") and diffracts("Right")
     select("Left")
-    yield from press_button("bpy.ops.grating.remove_diffraction", across=0.7)
+    yield from press_button("bpy.ops.grating.remove_diffraction", across=0.8)
     assert diffracts("Right") and not diffracts("Left")
     yield RENDERED
     picture("removed_from_one_of_two", "Remove on the left ball: the right one of the same material keeps it")
@@ -241,7 +243,7 @@ def refusals() -> Steps:
     """What cannot be done gives a one-line error and changes nothing."""
     select("Suzanne", "Broken")
     thing("Suzanne").data.materials.append(bpy.data.materials.new("Plain"))
-    yield from press_button("bpy.ops.grating.add_diffraction")
+    yield from press_button("bpy.ops.grating.add_diffraction", across=0.5)
     assert not diffracts("Suzanne")
     picture("add_failed", "Add with a material that has no output: the error; the other material is as it was")
     yield from dismiss()
@@ -305,11 +307,11 @@ def lamps() -> Steps:
     bpy.data.objects.remove(thing("Sun"))
     yield 2 * RENDERED
     assert followed() == []
-    picture("last_lamp_deleted", "the last lamp is deleted: no colours are left, and the panel offers a sun")
-    yield from press_button("bpy.ops.grating.add_sun")
+    picture("last_lamp_deleted", "the last lamp is deleted: no colours are left, and the panel offers a light rig")
+    yield from press_button("bpy.ops.grating.light_rig")
     yield 2 * RENDERED
-    assert followed() == ["Sun"]
-    picture("sun_added", "Add Sun was pressed: the colours are back")
+    assert len(followed()) == 1
+    picture("light_rig", "Light Rig was pressed: the colours are back")
 
 
 def without_a_scan() -> Steps:

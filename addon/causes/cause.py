@@ -50,9 +50,7 @@ def mend(action: str, text: str) -> Button:
 
 def light_button() -> Button:
     """The button that lights the grating so that its colours reach the camera."""
-    if hasattr(bpy.types, "GRATING_OT_light_rig"):
-        return Button("grating.light_rig", "Place a Light Rig", {"kind": "SUN"})
-    return Button("grating.add_sun", "Add a Sun")
+    return Button("grating.light_rig", "Place a Light Rig", {"kind": "SUN"})
 
 
 def listed(things: Iterable[bpy.types.ID]) -> str:

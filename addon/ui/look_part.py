@@ -29,7 +29,7 @@ def draw_look(layout, context, grating, *, facts: GratingFacts) -> None:
     _draw_matter(layout, grating)
     node = _shown_node(context, grating)
     if node is not None:
-        _draw_dials(layout, node)
+        _draw_dials(layout, node, is_dielectric=grating.matter == "DIELECTRIC")
     _draw_choices(layout, grating, facts)
     _draw_comb(layout)
     column = layout.column(align=True)
@@ -67,11 +67,11 @@ def _shown_node(context, grating):
     return None
 
 
-def _draw_dials(layout, node) -> None:
+def _draw_dials(layout, node, *, is_dielectric: bool) -> None:
     column = layout.column(align=True)
     for name, word in _DIALS:
         socket = node.inputs.get(name)
-        if socket is None:
+        if socket is None or (name == "IOR" and not is_dielectric):  # a baked matter ignores the node's IOR
             continue
         if socket.is_linked:
             column.label(text=f"{word}: by nodes", icon="NODETREE")

@@ -31,10 +31,13 @@ def draw_steps(layout, context, grating, *, several: bool) -> None:
     scans."""
     if not grating.source:  # no scan: the grating was made from a bake
         return
-    # Open by default while the scan is levelled, closed once it is baked. With two names, Blender remembers separately
-    # what the artist opens or closes.
-    name = "GRATING_PT_levelled" if grating.bake_path else "GRATING_PT_levelling"
-    header, body = layout.panel(name, default_closed=bool(grating.bake_path))
+    from ...precompute.surface.height_map import is_synthetic
+
+    # Open by default while a scan is levelled, closed once it is baked and where there is nothing to level. With two
+    # names, Blender remembers separately what the artist opens or closes.
+    is_done = bool(grating.bake_path) or is_synthetic(grating.source)
+    name = "GRATING_PT_levelled" if is_done else "GRATING_PT_levelling"
+    header, body = layout.panel(name, default_closed=is_done)
     header.label(text=f"Levelling: {grating.levelling}")
     if body is None:
         return
