@@ -8,11 +8,11 @@ from pathlib import Path
 from . import EXTENSION, ROOT, DevError, environments
 from .display import display
 from .extension import link_extension
-from .packages import fetch_wheels
+from .packages import build, fetch_wheels
 from .steps import clean_environment, say
 
 HERE = Path(__file__).parent
-SIZE = 1280, 1000
+SIZE, SMALL = (1280, 1000), (1280, 720)
 # A walk takes two to four minutes. A Blender that hangs is ended.
 _LIMIT_SECONDS = 1200
 
@@ -34,6 +34,31 @@ def walk(binary: Path, folder: Path) -> list[Path]:
         say("walk: pictures of each station ...")
         with display(*SIZE, folder=user) as screen:
             run([*start, *walk_arguments(folder, user)], {**variables, "DISPLAY": screen})
+    return sorted(folder.glob("[0-9][0-9]_*.png"))
+
+
+def first_hour(binary: Path, folder: Path) -> list[Path]:
+    """Walk through an artist's first hour: the built package, installed into an empty profile, on a small screen.
+    Returns the pictures. Raises DevError as walk does."""
+    environment = environments.require(environments.PY311)
+    folder.mkdir(parents=True, exist_ok=True)
+    for former in folder.glob("[0-9][0-9]_*.png"):
+        former.unlink()
+    with tempfile.TemporaryDirectory(prefix="natural-gratings-walk-") as private:
+        user = Path(private)
+        packages = build(environment, user / "packages")
+        package = next(path for path in packages if "linux" in path.name)
+        variables = {"BLENDER_USER_RESOURCES": str(user / "profile"), "NATURAL_GRATINGS_CACHE": str(user / "cache")}
+        say("walk: installing the package ...")
+        install = ["--command", "extension", "install-file", "--repo", "user_default", "--enable", package]
+        run([binary, *install], variables)
+        run([binary, *stage_arguments(folder)], variables)  # for the picture of a scan
+        say("walk: pictures of each station ...")
+        with display(*SMALL, folder=user) as screen:
+            size = [str(number) for number in SMALL]
+            script = ["--python", HERE / "first_hour_in_blender.py", "--", folder, user / "Xvfb_screen0"]
+            options = ["--enable-event-simulate", "--window-geometry", "0", "0", *size]
+            run([binary, *options, *script], {**variables, "DISPLAY": screen})
     return sorted(folder.glob("[0-9][0-9]_*.png"))
 
 

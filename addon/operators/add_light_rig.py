@@ -17,14 +17,24 @@ KINDS = (
 
 
 class AddLightRig(bpy.types.Operator):
-    """Add lamps at the angles from which the camera sees the most of the colours: those of the active object, else of
-    all objects with a grating. Pressed again it replaces its own lamps, and leaves all other lamps and the world"""
+    """Add lamps at the angles from which the camera, or this view, sees the most of the colours, and show the view
+    rendered. It lights the active object if it has a grating, else all objects with one. Pressed again it replaces its
+    own lamps, and leaves all other lamps and the world"""
 
     bl_idname = "grating.light_rig"
     bl_label = "Light Rig"
     bl_options = {"REGISTER", "UNDO"}
 
     kind: EnumProperty(name="Kind", description="The lamps of the rig", items=KINDS)
+    seen_from: EnumProperty(
+        name="Seen From",
+        description="From where the colours show",
+        items=(
+            ("CAMERA", "Camera", "The scene's camera; the 3D view if the scene has none"),
+            ("VIEW", "This View", "The 3D view as it looks now"),
+        ),
+        options={"SKIP_SAVE"},
+    )
     strength: FloatProperty(
         name="Strength",
         description="Factor on the strength of all lamps. With 1, a 50 % grey surface that faces the brightest lamp "
@@ -48,6 +58,16 @@ class AddLightRig(bpy.types.Operator):
     def poll(cls, context):
         return in_object_mode(cls, context)
 
+    def invoke(self, context, event):
+        """Choose what the artist looks through, and show it rendered."""
+        view = context.region_data
+        if view is not None and view.view_perspective != "CAMERA":
+            self.seen_from = "VIEW"
+        done = self.execute(context)
+        if view is not None and done == {"FINISHED"}:
+            context.space_data.shading.type = "RENDERED"
+        return done
+
     def execute(self, context):
         from ..workflow.adding_light_rigs import Rig, add_light_rig, carriers
 
@@ -55,7 +75,8 @@ class AddLightRig(bpy.types.Operator):
         try:
             lines = add_light_rig(
                 scene, context.evaluated_depsgraph_get(), Rig(self.kind, self.strength, self.softness),
-                objects=carriers(scene, context.active_object), view=context.region_data,
+                objects=carriers(scene, context.active_object),
+                view=context.region_data, from_view=self.seen_from == "VIEW",
             )  # fmt: skip
         except GratingError as error:
             return report_failure(self, error)

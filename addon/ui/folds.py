@@ -7,7 +7,7 @@ from .next_step import LATER, LIGHT, LOOK, NOW, QUALITY, STATES, SURFACE
 
 # The property of the window manager that holds the folds.
 FOLDS = "natural_gratings_folds"
-DETAILS = "details"
+DETAILS, FINDINGS = "details", "findings"
 
 
 def fold_of(step: str, state: str) -> str:
@@ -27,6 +27,7 @@ class Folds(bpy.types.PropertyGroup):
         },
         fold_of(QUALITY, LATER): bpy.props.BoolProperty(name=QUALITY),  # type: ignore[func-returns-value]  # as above
         DETAILS: bpy.props.BoolProperty(name="Details"),  # type: ignore[func-returns-value]  # as above
+        FINDINGS: bpy.props.BoolProperty(name="Findings"),  # type: ignore[func-returns-value]  # as above
     }
 
 

@@ -223,11 +223,16 @@ def _draw_next(layout, context, following: Next | None) -> None:
         stage, fraction = job.progress()
         layout.progress(factor=fraction, text=f"{stage} (Esc cancels)")
         return
-    if following is None:
+    if following is not None:
+        _draw_button(layout, context, following)
+    if following is None or following.step == LIGHT:
         row = layout.row(align=True)
-        row.operator(AddLightRig.bl_idname, icon="OUTLINER_OB_LIGHT")
+        if following is None or following.operator != AddLightRig.bl_idname:
+            row.operator(AddLightRig.bl_idname, icon="OUTLINER_OB_LIGHT")
         row.operator(WhyBlack.bl_idname, icon="QUESTION")
-        return
+
+
+def _draw_button(layout, context, following: Next) -> None:
     if following.sentence:
         draw_note(layout, context, following.sentence, icon="INFO")
     if following.operator:

@@ -7,6 +7,7 @@ from ...precompute.base.failure import Setting
 from ..gratings.wording import LABELS
 from ..operators.level_steps import AddLevellingStep
 from .facts import GratingFacts
+from .folds import FINDINGS, folds
 from .notes import draw_facts, draw_note
 from .steps_panel import draw_scans, draw_steps
 
@@ -26,15 +27,18 @@ def draw_rating(layout, context, grating) -> None:
     if not grating.quality:  # no scan: the grating was made from a bake
         return
     light, *findings = grating.quality.splitlines()
-    column = layout.column(align=True)
-    column.label(text=f"Scan: {light}", icon=_LIGHT_ICONS.get(light, "QUESTION"))
+    header, body = layout.panel_prop(folds(context), FINDINGS) if findings else (layout.row(), None)
+    header.label(text=f"Scan: {light}", icon=_LIGHT_ICONS.get(light, "QUESTION"))
+    if body is not None:
+        column = body.column(align=True)
+        for finding in findings:
+            draw_note(column, context, finding)
+    # The buttons stay on the screen where the findings are folded.
     present = {step.text.partition(":")[0] for step in grating.steps}
-    for finding in findings:
-        draw_note(column, context, finding)
-        for kind in _steps_in(finding):
-            if kind not in present:
-                button = column.operator(AddLevellingStep.bl_idname, text=f"Add {kind.capitalize()} Step", icon="ADD")
-                button.kind = kind
+    for kind in (kind for finding in findings for kind in _steps_in(finding)):
+        if kind not in present:
+            button = layout.operator(AddLevellingStep.bl_idname, text=f"Add {kind.capitalize()} Step", icon="ADD")
+            button.kind = kind
 
 
 def _steps_in(finding: str) -> list[str]:

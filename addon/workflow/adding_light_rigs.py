@@ -79,11 +79,13 @@ class _Lit:
 def add_light_rig(
     scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, rig: Rig, *, objects: Sequence[bpy.types.Object],
     view: bpy.types.RegionView3D | None = None,
+    from_view: bool = False,
 ) -> list[str]:  # fmt: skip
     """Replace the scene's light rig by one for the grating on these objects, as the scene's camera sees it, or a 3D
-    view if the scene has no camera. Returns lines to report. Raises GratingError, with nothing changed, if there is
-    neither, if the objects show no grating, if a bake is lost, or if no light shows colours."""
-    pixels = _pixels(scene, depsgraph, view)
+    view if asked by `from_view` or if the scene has no camera. Returns lines to report. Raises GratingError, with
+    nothing changed, if there is neither, if the objects show no grating, if a bake is lost, or if no light shows
+    colours."""
+    pixels = _pixels(scene, depsgraph, view, from_view=from_view)
     if not objects:
         raise GratingError(f"scene {scene.name}", "no object shows a grating", "press Assign to Selected")
     lit = _lit(scene, depsgraph, pixels, objects=objects)
@@ -111,8 +113,13 @@ def carriers(scene: bpy.types.Scene, active: bpy.types.Object | None) -> list[bp
     return [thing for thing in scene.objects if shows_grating(thing)]
 
 
-def _pixels(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, view: bpy.types.RegionView3D | None) -> Pixels:
-    """The picture of the scene's camera, else of a 3D view. Raises GratingError if there is neither."""
+def _pixels(
+    scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, view: bpy.types.RegionView3D | None, *, from_view: bool
+) -> Pixels:
+    """The picture of the scene's camera, or of a 3D view if asked or if there is no camera. Raises GratingError if
+    there is neither."""
+    if from_view and view is not None:
+        return ViewPixels(view)
     if scene.camera is not None and scene.camera.type == "CAMERA":
         return Pixels(scene, scene.camera.evaluated_get(depsgraph))
     if view is None:

@@ -241,6 +241,33 @@ def test_a_view_without_a_camera(lit, addon):
     assert pixels.rays(at)[1] == pytest.approx(np.tile((0, 0, -1), (20, 1)))
 
 
+def test_a_view_stands_before_the_camera_only_if_asked(lit, addon):
+    """The operator asks for it where the artist looks at the scene, and not through its camera."""
+    from types import SimpleNamespace
+
+    from mathutils import Matrix
+
+    scene, depsgraph = bpy.context.scene, bpy.context.evaluated_depsgraph_get()
+    lens = scene.camera.calc_matrix_camera(depsgraph, x=160, y=90)
+    view = SimpleNamespace(view_matrix=Matrix.Translation((0, 0, -10)), window_matrix=lens, view_perspective="PERSP")
+    for asked, kind in ((True, addon.view_rays.ViewPixels), (False, addon.camera_rays.Pixels)):
+        assert type(addon.adding_light_rigs._pixels(scene, depsgraph, view, from_view=asked)) is kind
+
+
+@pytest.mark.parametrize(("perspective", "taken"), [("PERSP", "VIEW"), ("ORTHO", "VIEW"), ("CAMERA", "CAMERA")])
+def test_the_button_takes_what_the_artist_looks_through_and_shows_it_rendered(addon, perspective, taken):
+    from types import SimpleNamespace
+
+    shading = SimpleNamespace(type="SOLID")
+    context = SimpleNamespace(
+        region_data=SimpleNamespace(view_perspective=perspective), space_data=SimpleNamespace(shading=shading)
+    )
+    for done, shown in (({"CANCELLED"}, "SOLID"), ({"FINISHED"}, "RENDERED")):
+        operator = SimpleNamespace(seen_from="CAMERA", execute=lambda _, done=done: done)
+        assert addon.add_light_rig.AddLightRig.invoke(operator, context, None) == done
+        assert (operator.seen_from, shading.type) == (taken, shown)
+
+
 def test_points_in_the_picture(lit, addon):
     """The camera, of 50 mm on 36 mm, sees 3.6 to each side at its distance of 10, and 9 / 16 of it up and down."""
     pixels = addon.camera_rays.Pixels(bpy.context.scene, bpy.context.scene.camera)
