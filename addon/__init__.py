@@ -28,6 +28,7 @@ from .operators import (
     fit_world,
     import_height_map,
     level_steps,
+    make_assets,
     mend,
     new_material,
     osl_reference,
@@ -54,6 +55,8 @@ CLASSES = (
     add_preset.AddPreset,
     show_me.ShowMe,
     show_me.BackFromShow,
+    make_assets.MakeAssets,
+    make_assets.RemoveAssets,
     remove_grating.RemoveGrating,
     level_steps.AddLevellingStep,
     level_steps.RemoveLevellingStep,
@@ -97,6 +100,14 @@ CLASSES = (
     panel.ReferencePanel,
 )
 
+# The operators that follow a job.
+FOLLOWING = (
+    bake_grating.BakeGrating,
+    bake_needs.BakeNeeds,
+    comb_grating.CombGrating,
+    make_assets.MakeAssets,
+)
+
 _command = None
 
 
@@ -120,7 +131,7 @@ def register() -> None:
 def unregister() -> None:
     """Undo register() in reverse order. Gratings and materials stay in open files."""
     bpy.utils.unregister_cli_command(_command)
-    for following in (bake_grating.BakeGrating, bake_needs.BakeNeeds, comb_grating.CombGrating):
+    for following in FOLLOWING:
         following.stop()
     unwrap_meshes.stop_running_unwrap()
     previewing_levelling.stop()

@@ -56,3 +56,16 @@ def has_texture_cache(scene: bpy.types.Scene) -> bool:
 def annotation_of(scene: bpy.types.Scene) -> bpy.types.ID | None:
     """The scene's annotations, or None. Before Blender 5.0 the property is called grease_pencil."""
     return scene.annotation if bpy.app.version >= (5, 0, 0) else scene.grease_pencil  # type: ignore[attr-defined]  # since Blender 5.0
+
+
+def append_from(library: bpy.types.UserAssetLibrary) -> None:
+    """Let the Asset Browser append a library's assets, so that they can be edited. Blender 5.2 packs linked copies by
+    default, and does not let a library choose Append (Reuse Data), which shares the pictures of an asset used twice."""
+    library.import_method = "APPEND" if bpy.app.version >= (5, 0, 0) else "APPEND_REUSE"
+
+
+def prefer_append(asset: bpy.types.AssetMetaData) -> None:
+    """Let the Asset Browser append an asset by default, from any library. Only Blender 5.2 has this setting."""
+    if hasattr(asset, "preferred_import_method"):
+        asset.use_preferred_import_method = True  # type: ignore[attr-defined]  # since Blender 5.2
+        asset.preferred_import_method = "APPEND"

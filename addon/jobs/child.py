@@ -32,7 +32,19 @@ class Deadline:
     failure: GratingError
 
 
-class Job(ChildProcess):
+class ReportingProcess(ChildProcess):
+    """A process that reports progress on standard error, as lines of JSON."""
+
+    def progress(self) -> tuple[str, float]:
+        """The last reported stage, and its completed fraction."""
+        for line in reversed(lines_of(self.err_path)):
+            if line.startswith('{"stage"') and line.endswith("}"):
+                report = json.loads(line)
+                return report["stage"], report["fraction"]
+        return "starting", 0.0
+
+
+class Job(ReportingProcess):
     """A process `python -m precompute VERB ... -o FOLDER` that reports progress as JSON.
 
     Without a folder, it writes into its private folder, which is removed with the job."""
@@ -56,14 +68,6 @@ class Job(ChildProcess):
             return [*command, "-o", str(self._written), "--json", "-", "--progress", "json"]
 
         super().__init__(prepare, child_environment(), longest_seconds=deadline.seconds)
-
-    def progress(self) -> tuple[str, float]:
-        """The last reported stage, and its completed fraction."""
-        for line in reversed(lines_of(self.err_path)):
-            if line.startswith('{"stage"') and line.endswith("}"):
-                report = json.loads(line)
-                return report["stage"], report["fraction"]
-        return "starting", 0.0
 
     def result(self, take: Callable[[dict[str, Any]], Any] = lambda facts: facts) -> Any:
         """What `take` returns for the facts that the finished process reported; by default the facts. `take` may read
@@ -91,13 +95,18 @@ class Job(ChildProcess):
 def child_environment() -> dict[str, str]:
     """The environment of the process: it finds precompute in this extension, the packages of this Blender, and the
     cache. A missing or broken package gives a one-line error in the process that needs it."""
-    folders = [str(ROOT)]
+    path = os.pathsep.join(dict.fromkeys([str(ROOT), *package_folders()]))
+    ours = {"PYTHONPATH": path, "PYTHONIOENCODING": "utf-8", FOLDER_VARIABLE: str(cache_folder())}
+    return inherited_environment() | ours
+
+
+def package_folders() -> list[str]:
+    """The folders from which this Blender imports the packages that precompute needs."""
+    folders = []
     for package in ("numpy", "OpenEXR", "PIL", "xatlas"):
         spec = importlib.util.find_spec(package)
         if spec is None or spec.origin is None:
             continue
         origin = Path(spec.origin)
         folders.append(str(origin.parents[1] if origin.name == "__init__.py" else origin.parent))
-    path = os.pathsep.join(dict.fromkeys(folders))
-    ours = {"PYTHONPATH": path, "PYTHONIOENCODING": "utf-8", FOLDER_VARIABLE: str(cache_folder())}
-    return inherited_environment() | ours
+    return list(dict.fromkeys(folders))

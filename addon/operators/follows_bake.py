@@ -16,7 +16,7 @@ from .reports import report_failure, report_lines
 
 if TYPE_CHECKING:
     from ..gratings.grating import Grating
-    from ..jobs.child import Job
+    from ..jobs.child import Job, ReportingProcess
 
 
 class FollowsBake(FollowsJob):
@@ -64,6 +64,6 @@ class FollowsBake(FollowsJob):
         return report_lines(self, [f"{grating.name}: {in_one_line(grating.bake_summary)}", *warnings_of(facts), *more])
 
 
-def running_bake() -> "Job | None":
+def running_bake() -> "ReportingProcess | None":
     """The bake that is running, whichever operator started it."""
     return next((operator.job for operator in FollowsBake.__subclasses__() if operator.job is not None), None)

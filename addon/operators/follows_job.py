@@ -7,7 +7,7 @@ from ..blender.guard import guarded_modal
 from .polls import OperatorMixin
 
 if TYPE_CHECKING:
-    from ..jobs.child import Job
+    from ..jobs.child import ReportingProcess
 
 _POLL_SECONDS = 0.2
 
@@ -16,7 +16,7 @@ class FollowsJob(OperatorMixin):
     """An operator that follows a job until it ends. A subclass adds `finish`."""
 
     # The running job, if any. The panel shows it; disabling the extension stops it.
-    job = cast("Job | None", None)
+    job = cast("ReportingProcess | None", None)
 
     @classmethod
     def stop(cls) -> None:
@@ -25,7 +25,7 @@ class FollowsJob(OperatorMixin):
         if job is not None:
             job.cancel()
 
-    def follow(self, context, job: "Job", doing: str) -> set[str]:
+    def follow(self, context, job: "ReportingProcess", doing: str) -> set[str]:
         """Make Blender call modal() while the job runs. The status bar shows `doing`."""
         type(self).job, self._doing = job, doing
         self._timer = context.window_manager.event_timer_add(_POLL_SECONDS, window=context.window)

@@ -18,6 +18,7 @@ from ..operators.osl_reference import NewOslReference
 from ..operators.remove_grating import RemoveGrating
 from ..operators.show_me import BackFromShow, ShowMe
 from ..operators.why_black import WhyBlack
+from .asset_row import draw_assets
 from .facts import SceneFacts, facts_of
 from .folds import fold_of, folds
 from .light_part import draw_light, draw_warnings
@@ -206,6 +207,7 @@ def _draw_start(layout, context) -> None:
     row = layout.row(align=True)
     row.operator(ImportHeightMap.bl_idname, text="Import Scan...", icon="IMPORT")
     row.menu(SampleMenu.bl_idname, text="", icon="DOWNARROW_HLT")
+    draw_assets(layout)
 
 
 def _draw_strays(layout, context, facts: SceneFacts) -> None:

@@ -5,7 +5,6 @@ A render in this Blender would replace the artist's Render Result and block the 
 a saved copy of the world in a Blender with factory settings: a panorama, and closer looks at small bright parts."""
 
 import json
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,11 +12,12 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ...precompute.base.child_process import PYTHON_FLAGS, ChildProcess, inherited_environment, lines_of
+from ...precompute.base.child_process import ChildProcess, inherited_environment, lines_of
 from ...precompute.base.failure import GratingError
 from ...precompute.base.strict_json import read_json
 from ...precompute.world_sources.sources import Source
 from ..blender.rendering import is_rendering
+from ..jobs.background_blender import background_blender
 from .stand_alone import stand_alone
 
 _START = Path(__file__).with_name("start_second_blender.py")
@@ -52,7 +52,7 @@ class Probe(ChildProcess):
 
         def prepare(private: Path) -> list[str]:
             _write_request(world, scene, {"folder": str(private), "count": count})
-            return [*_blender(), str(private / "request.json")]
+            return background_blender(_START, str(private / "request.json"))
 
         super().__init__(prepare, inherited_environment(), longest_seconds=_LONGEST_SECONDS)
 
@@ -84,14 +84,6 @@ def fit_of(world: bpy.types.World, scene: bpy.types.Scene, count: int) -> Fit:
     probe = Probe(world, scene, count)
     probe.wait()
     return probe.result()
-
-
-def _blender() -> list[str]:
-    """The command that runs start_second_blender.py in a Blender with factory settings and without a window."""
-    if bpy.app.binary_path:
-        background = ("--background", "--factory-startup", "--python-exit-code", "1")
-        return [bpy.app.binary_path, *background, "--python", str(_START), "--"]
-    return [sys.executable, *PYTHON_FLAGS, str(_START)]
 
 
 def _write_request(world: bpy.types.World, scene: bpy.types.Scene, request: dict[str, Any]) -> None:

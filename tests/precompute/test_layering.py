@@ -38,7 +38,7 @@ FLOORS = {
     ),
     "addon": (
         "blender", "gratings", "nodes", "snakes", "jobs", "worlds", "lamps", "direction", "materials", "cameras",
-        "causes", "showcase", "workflow", "operators", "ui", "batch",
+        "causes", "showcase", "workflow", "assets", "operators", "ui", "batch",
     ),
 }  # fmt: skip
 # `check` imports nothing that helps to make a bake.

@@ -18,6 +18,7 @@ GIVEN = {
     "hologram": {"pattern": "DOT_MATRIX"},
     "import_height_map": {"filepath": "sample:flat"},
     "lights": {"lights": "LAMPS"},
+    "make_assets": {"presets": "unknown"},
     "unwrap": {"size": 16, "method": "MINIMUM_STRETCH"},
     "vary": {"turn": 0.3},
 }

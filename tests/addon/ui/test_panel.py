@@ -39,7 +39,8 @@ def following(addon, scene):
 def test_it_begins_with_a_picture_show_me_and_the_selected_mesh(scene, panel):
     layout = panel()
     assert layout.pictures == 1
-    assert layout.operators == ["grating.show_me", "grating.add_preset", "grating.import_height_map"]
+    begin = ["grating.show_me", "grating.add_preset", "grating.import_height_map", "grating.make_assets"]
+    assert layout.operators == begin
     assert "Corn Snake" in layout.labels
 
 

@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Writes the presets as materials into an asset library, and removes the library again."""
+
+from typing import TYPE_CHECKING
+
+import bpy
+from bpy.props import StringProperty
+
+from ...precompute.base.failure import GratingError
+from .follows_job import FollowsJob
+from .reports import report_failure, report_lines
+
+if TYPE_CHECKING:
+    from ..assets.library_job import LibraryJob
+
+
+class MakeAssets(FollowsJob, bpy.types.Operator):
+    """Show all presets in the Asset Browser, as materials to drag onto objects. Writes an asset library of 40 MB into
+    the extension's folder, in half a minute to a minute. Your file stays as it is. Esc cancels"""
+
+    bl_idname = "grating.make_assets"
+    bl_label = "Add to Asset Browser"
+    # Not UNDO: it changes nothing in the file. Not REGISTER: Adjust Last Operation would write the library again.
+    bl_options = set()
+
+    directory: StringProperty(
+        name="Directory",
+        description="Folder of the library. Empty: the extension's folder",
+        subtype="DIR_PATH",
+        options={"SKIP_SAVE"},
+    )
+    presets: StringProperty(
+        name="Presets",
+        description="Names of the presets to write, separated by commas. Empty: all",
+        options={"SKIP_SAVE"},
+    )
+
+    @classmethod
+    def poll(cls, context):
+        if MakeAssets.job is not None:
+            cls.poll_message_set("The asset library is being written")
+            return False
+        return True
+
+    def execute(self, context):
+        """Write the library and wait, for scripts."""
+        try:
+            job = self._start()
+            job.wait()
+        except GratingError as error:
+            return report_failure(self, error)
+        return self.finish(job)
+
+    def invoke(self, context, event):
+        """Start to write the library; modal() then follows the job."""
+        try:
+            job = self._start()
+        except GratingError as error:
+            return report_failure(self, error)
+        return self.follow(context, job, "Asset library")
+
+    def finish(self, job: "LibraryJob"):
+        """Put the library into its folder, and list it in the preferences."""
+        from ..assets.library import library_folder, list_library
+
+        try:
+            return report_lines(self, [list_library(library_folder(self.directory), job.result())])
+        except GratingError as error:
+            return report_failure(self, error)
+
+    def _start(self) -> "LibraryJob":
+        from ..assets.library import library_folder
+        from ..assets.library_job import LibraryJob
+
+        names = [name.strip() for name in self.presets.split(",") if name.strip()]
+        return LibraryJob(library_folder(self.directory), names)
+
+
+class RemoveAssets(bpy.types.Operator):
+    """Remove the presets from the Asset Browser, and delete the files of their asset library. Materials that you use
+    in your files stay"""
+
+    bl_idname = "grating.remove_assets"
+    bl_label = "Remove from Asset Browser"
+    bl_options = set()
+
+    directory: StringProperty(
+        name="Directory",
+        description="Folder of the library. Empty: the extension's folder",
+        subtype="DIR_PATH",
+        options={"SKIP_SAVE"},
+    )
+
+    def invoke(self, context, event):
+        return context.window_manager.invoke_confirm(self, event)
+
+    def execute(self, context):
+        from ..assets.library import library_folder, remove_library
+
+        try:
+            return report_lines(self, [remove_library(library_folder(self.directory))])
+        except GratingError as error:
+            return report_failure(self, error)
