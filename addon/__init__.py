@@ -28,6 +28,7 @@ from .operators import (
     fit_world,
     import_height_map,
     level_steps,
+    load_bake,
     mend,
     new_material,
     osl_reference,
@@ -50,6 +51,7 @@ CLASSES = (
     grating.SceneGratings,
     import_height_map.ImportHeightMap,
     import_height_map.DropHeightMap,
+    load_bake.LoadBake,
     add_grating.AddGrating,
     add_preset.AddPreset,
     show_me.ShowMe,
@@ -107,6 +109,7 @@ def register() -> None:
     bpy.types.Scene.natural_gratings = bpy.props.PointerProperty(type=grating.SceneGratings)  # type: ignore[func-returns-value]  # the stubs say it returns None
     setattr(bpy.types.WindowManager, preset_pictures.CHOSEN, preset_pictures.chosen_preset())
     bpy.types.TOPBAR_MT_file_import.append(import_height_map.menu_entry)
+    bpy.types.TOPBAR_MT_file_import.append(load_bake.menu_entry)
     bpy.types.VIEW3D_MT_light_add.append(add_diffraction_lamp.menu_entry)
     bpy.types.VIEW3D_MT_mesh_add.append(add_snake.menu_entry)
     for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
@@ -129,6 +132,7 @@ def unregister() -> None:
         after.remove(remembered_bakes.recall_bakes)
     bpy.types.VIEW3D_MT_mesh_add.remove(add_snake.menu_entry)
     bpy.types.VIEW3D_MT_light_add.remove(add_diffraction_lamp.menu_entry)
+    bpy.types.TOPBAR_MT_file_import.remove(load_bake.menu_entry)
     bpy.types.TOPBAR_MT_file_import.remove(import_height_map.menu_entry)
     delattr(bpy.types.WindowManager, preset_pictures.CHOSEN)
     preset_pictures.forget_pictures()
