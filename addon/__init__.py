@@ -28,6 +28,7 @@ from .operators import (
     fit_world,
     import_height_map,
     level_steps,
+    load_bake,
     make_assets,
     mend,
     new_material,
@@ -51,6 +52,7 @@ CLASSES = (
     grating.SceneGratings,
     import_height_map.ImportHeightMap,
     import_height_map.DropHeightMap,
+    load_bake.LoadBake,
     add_grating.AddGrating,
     add_preset.AddPreset,
     show_me.ShowMe,
@@ -120,6 +122,7 @@ def register() -> None:
     setattr(bpy.types.WindowManager, preset_pictures.CHOSEN, preset_pictures.chosen_preset())
     setattr(bpy.types.WindowManager, folds.FOLDS, bpy.props.PointerProperty(type=folds.Folds))  # type: ignore[func-returns-value]  # as above
     bpy.types.TOPBAR_MT_file_import.append(import_height_map.menu_entry)
+    bpy.types.TOPBAR_MT_file_import.append(load_bake.menu_entry)
     bpy.types.VIEW3D_MT_light_add.append(add_diffraction_lamp.menu_entry)
     bpy.types.VIEW3D_MT_mesh_add.append(add_snake.menu_entry)
     for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
@@ -142,6 +145,7 @@ def unregister() -> None:
         after.remove(remembered_bakes.recall_bakes)
     bpy.types.VIEW3D_MT_mesh_add.remove(add_snake.menu_entry)
     bpy.types.VIEW3D_MT_light_add.remove(add_diffraction_lamp.menu_entry)
+    bpy.types.TOPBAR_MT_file_import.remove(load_bake.menu_entry)
     bpy.types.TOPBAR_MT_file_import.remove(import_height_map.menu_entry)
     delattr(bpy.types.WindowManager, folds.FOLDS)
     delattr(bpy.types.WindowManager, preset_pictures.CHOSEN)

@@ -3,20 +3,18 @@
 
 import argparse
 from collections.abc import Iterable
-from pathlib import Path
 
 import bpy
 
-from ...precompute.base.failure import GratingError, printable
-from ...precompute.cli.arguments import existing_bake
+from ...precompute.base.failure import printable
 from ...precompute.cli.option_types import name_argument
-from ..gratings.grating import kept_path
 from ..gratings.lights_choice import LIGHTS
 from ..materials.holograms.hologram_nodes import input_set_by_artist
 from ..materials.material import diffraction_nodes
 from ..materials.skin import SETTABLE
 from ..workflow.assigning import add_to_meshes, assign_to_meshes
 from ..workflow.following_lamps import warnings_about
+from ..workflow.loading_bakes import bake_file, index_of
 from ..workflow.making_materials import refresh_group
 from .input_settings import setting
 from .objects import add_objects, chosen_objects
@@ -49,9 +47,9 @@ def run(arguments: argparse.Namespace) -> None:
     """The `assign` verb."""
     values = dict(setting(text, SETTABLE) for text in arguments.set or ())
     gratings = bpy.context.scene.natural_gratings
-    check_bake(arguments.bake)
+    bake_file(arguments.bake)
     chosen = chosen_objects(arguments.object)
-    gratings.active_index = index = index_of(arguments.bake)
+    gratings.active_index = index = index_of(bpy.context.scene, arguments.bake)
     if arguments.lights:
         gratings.items[index].lights = arguments.lights.upper()
     if arguments.no_shadows:
@@ -63,26 +61,6 @@ def run(arguments: argparse.Namespace) -> None:
     report += warnings_about(bpy.context.scene, bpy.context.evaluated_depsgraph_get())
     save(arguments.save)
     print("\n".join(map(printable, report)))
-
-
-def index_of(bake: str) -> int:
-    """The index of the scene's grating with a bake, added if missing. Raises GratingError if there is no such file."""
-    path = kept_path(str(check_bake(bake).resolve()))
-    items = bpy.context.scene.natural_gratings.items
-    for index, grating in enumerate(items):
-        if grating.bake_path == path:
-            return index
-    grating = items.add()
-    grating.name, grating.bake_path = printable(Path(path).stem), path
-    return len(items) - 1
-
-
-def check_bake(bake: str) -> Path:
-    """A bake's file, given the file or its folder. Raises GratingError if there is none."""
-    file = existing_bake(bake)
-    if file is None or not file.is_file():
-        raise GratingError(bake, "no bake there", "give the .exr that `bake` wrote, or its folder")
-    return file
 
 
 def _set_inputs(objects: Iterable[bpy.types.Object], group: bpy.types.NodeTree, values: dict[str, float]) -> None:

@@ -9,8 +9,8 @@ import bpy
 from ...precompute.base.failure import GratingError, printable
 from ...precompute.cli.option_types import name_argument, number
 from ..gratings.variation import ATTRIBUTE, NOISE, Variation
+from ..workflow.loading_bakes import index_of
 from ..workflow.varying import vary
-from .assign_command import index_of
 from .save import add_save, save
 
 _OTHERS_MAX = 2
@@ -48,7 +48,7 @@ def run(arguments: argparse.Namespace) -> None:
     names = [arguments.bake, *(name for name, _ in arguments.others)]
     # Adding a grating may move the others in memory, so all are added before any is kept.
     gratings = bpy.context.scene.natural_gratings.items
-    grating, *others = (gratings[index] for index in [index_of(name) for name in names])
+    grating, *others = (gratings[index] for index in [index_of(bpy.context.scene, name) for name in names])
     choice = Variation(
         shares=tuple(share for _, share in arguments.others),
         pattern=NOISE if arguments.by == "noise" else ATTRIBUTE,

@@ -4,15 +4,14 @@
 from pathlib import Path
 
 import bpy
-from bpy.props import CollectionProperty, EnumProperty, FloatProperty, StringProperty
+from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, StringProperty
 from bpy_extras.io_utils import ImportHelper
 
 from ..blender.guard import guarded
-from ..gratings.grating import scan_record
 from .reports import report_added
 
 
-class ImportHeightMap(bpy.types.Operator, ImportHelper):  # type: ignore[misc]  # both bases define `check`
+class ImportHeightMap(bpy.types.Operator, ImportHelper):
     """Read a measured height map and add it to the scene's gratings"""
 
     bl_idname = "grating.import_height_map"
@@ -48,6 +47,10 @@ class ImportHeightMap(bpy.types.Operator, ImportHelper):  # type: ignore[misc]  
         soft_max=10000,
         options={"SKIP_SAVE"},
     )
+    # Whether the artist chose the files in the file dialog, the width that it offers, and where that comes from.
+    in_dialog: BoolProperty(options={"HIDDEN", "SKIP_SAVE"})
+    offered_um: FloatProperty(options={"HIDDEN", "SKIP_SAVE"})
+    origin: StringProperty(options={"HIDDEN", "SKIP_SAVE"})
     channel: StringProperty(
         name="Channel", description="Channel of the file. Empty: its topography", options={"SKIP_SAVE"}
     )
@@ -68,16 +71,34 @@ class ImportHeightMap(bpy.types.Operator, ImportHelper):  # type: ignore[misc]  
 
         if self.properties.is_property_set("filepath") and Path(self.filepath).is_file():  # a dropped file
             return self.execute(context) if len(self.files) < 2 else context.window_manager.invoke_props_dialog(self)
-        self.filter_glob = file_filter()
+        self.filter_glob, self.in_dialog = file_filter(), True
         # Start in the .blend's folder. Without this, the dialog would offer the .blend itself as the height map.
         self.filepath = self.filepath or bpy.path.abspath("//")
         return super().invoke(context, event)
 
-    def execute(self, context):
-        from ..workflow.importing import import_scans
+    def check(self, context):
+        """Offer a width for the file that was just chosen, unless the artist typed one. Called by the file dialog."""
+        from ..workflow.offering_widths import offer_for
 
-        records = [scan_record(p, self.size_um, self.height_nm, channel=self.channel) for p in self._paths()]
-        return report_added(self, lambda: import_scans(context.scene, records, averaged=self.several == "AVERAGE"))
+        if self.size_um not in (0.0, self.offered_um):
+            return False
+        offer = offer_for(self._paths())
+        before = self.size_um
+        self.size_um = self.offered_um = offer.width_um
+        self.origin = offer.origin
+        return self.size_um != before
+
+    def execute(self, context):
+        from ..workflow.offering_widths import import_chosen
+
+        if self.in_dialog:  # Blender does not call check() for a file name that was typed
+            self.check(context)
+        origin = self.origin if self.size_um == self.offered_um else ""
+        given = {"size_um": self.size_um, "height_nm": self.height_nm, "channel": self.channel}
+        averaged = self.several == "AVERAGE"
+        return report_added(
+            self, lambda: import_chosen(context.scene, self._paths(), averaged=averaged, origin=origin, **given)
+        )
 
     def _paths(self) -> list[str]:
         """The files that were chosen, or the one file that is named."""

@@ -14,6 +14,7 @@ from ..operators.add_preset import AddPreset
 from ..operators.adopt import AdoptMaterials
 from ..operators.follows_bake import running_bake
 from ..operators.import_height_map import ImportHeightMap
+from ..operators.load_bake import LoadBake
 from ..operators.osl_reference import NewOslReference
 from ..operators.remove_grating import RemoveGrating
 from ..operators.show_me import BackFromShow, ShowMe
@@ -48,7 +49,7 @@ class PresetMenu(bpy.types.Menu):
 
 
 class SampleMenu(bpy.types.Menu):
-    """Add a preset, a sample surface that ships with the extension, or a grating by its parameters"""
+    """Add a preset, a sample surface that ships with the extension, a grating by its parameters, or a bake"""
 
     bl_idname = "GRATING_MT_samples"
     bl_label = "Add Surface"
@@ -60,6 +61,7 @@ class SampleMenu(bpy.types.Menu):
         self.layout.menu(PresetMenu.bl_idname, icon="PRESET")
         self.layout.operator_context = "INVOKE_DEFAULT"
         self.layout.operator(AddGrating.bl_idname, text=f"{AddGrating.bl_label}...", icon="MOD_WAVE")
+        self.layout.operator(LoadBake.bl_idname, text=f"{LoadBake.bl_label}...", icon="FILE_FOLDER")
         self.layout.separator()
         self.layout.label(text="Samples")
         self.layout.operator_context = "EXEC_DEFAULT"

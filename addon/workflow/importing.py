@@ -84,13 +84,14 @@ def _settings(grating: Grating) -> tuple[Any, ...]:
 
 def _read(records: Sequence[dict[str, Any]]) -> list[tuple[str, Description]]:
     """The name and description of each scan. Only one scan is in memory at a time."""
+    return [description_of(record) for record in records]
 
-    def read(record: dict[str, Any]) -> tuple[str, Description]:
-        sizes = record["size_um"], record["height_nm"]
-        height_map = read_height_map(kept_path(record["source"]), *sizes, channel=record["channel"])
-        return name_of(height_map), describe(height_map, partial(read_other_way, height_map))
 
-    return [read(record) for record in records]
+def description_of(record: dict[str, Any]) -> tuple[str, Description]:
+    """The name and description of a scan, given as a record of a request. Raises GratingError if it cannot be read."""
+    sizes = record["size_um"], record["height_nm"]
+    height_map = read_height_map(kept_path(record["source"]), *sizes, channel=record["channel"])
+    return name_of(height_map), describe(height_map, partial(read_other_way, height_map))
 
 
 def _add(

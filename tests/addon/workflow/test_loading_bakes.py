@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Load Bake: the grating shows what the bake's header says, and a wrong file is refused in one line."""
+
+import json
+import shutil
+
+import bpy
+import numpy as np
+import OpenEXR
+import pytest
+
+from precompute.bake.bake_folder import bake_to_folder
+from precompute.bake.request import request_from
+from precompute.base.exr import open_picture
+from precompute.base.progress import silent
+from precompute.table.atlas_file import HEADER_KEY, read_header
+from precompute.table.sample_set import path_beside
+
+
+def load(path):
+    return bpy.ops.grating.load_bake(filepath=str(path))
+
+
+@pytest.fixture(scope="session")
+def foil(tmp_path_factory):
+    """A small bake of a grating by its parameters, in gold under lacquer, with settings of its own."""
+    record = {
+        "scans": [{"source": "grating:sinusoidal?period_um=1&depth_nm=80"}],
+        "matter": "plate 1.5, gold",
+        "delta_e": 6.0,
+        "coherence_um": 3.0,
+        "levelling": [],
+        "illuminant": "E",
+    }
+    request = request_from(record, "test")
+    folder = tmp_path_factory.mktemp("foil")
+    bake_to_folder([scan.read() for scan in request.scans], request, folder, progress=silent)
+    return next(path for path in folder.glob("*.exr") if not path.stem.endswith(".lobes"))
+
+
+def test_a_bake_of_a_scan_shows_its_figures(scene, baked):
+    """Its scan is not stored in the bake, so the grating has no source."""
+    assert load(baked) == {"FINISHED"}
+    grating = scene.natural_gratings.active()
+    _, header = read_header(baked)
+    assert (grating.name, grating.bake_path, grating.source) == ("waves", str(baked), "")
+    assert grating.bake_summary.splitlines()[0] == f"dE00 {header['delta_e']['p99']:.2f} (99 %)"
+    assert f"coherence {header['coherence_um']:.0f} um" in grating.bake_summary
+    assert "look-ups" in grating.bake_summary and "MiB" in grating.bake_summary
+    relief = f"relief {header['height_range_m'] * 1e9:.0f} nm levelled"
+    assert grating.summary.splitlines() == ["4 x 4 um", relief, "from its bake, without waves.png"]
+    assert (grating.matter, grating.delta_e, grating.coherence_um) == ("DIELECTRIC", 1.0, 0.0)
+    assert bpy.ops.grating.assign() == {"FINISHED"}
+
+
+def test_a_bake_of_a_synthetic_surface_can_be_baked_again(scene, addon, foil):
+    assert load(foil) == {"FINISHED"}
+    grating = scene.natural_gratings.active()
+    _, header = read_header(foil)
+    assert grating.source == header["request"]["scans"][0]["source"]
+    assert (grating.matter, grating.plate_ior) == ("GOLD", 1.5)
+    assert (grating.delta_e, grating.coherence_um, grating.levelling) == (6.0, 3.0, "none")
+    assert grating.bake_request().as_dict() == header["request"]
+    assert not addon.remembered_bakes.is_asked_otherwise(grating)
+    assert "period 1000 nm at 0 deg" in grating.summary and grating.quality
+
+
+@pytest.mark.parametrize("kind", ["folder", "sample set"])
+def test_the_folder_and_the_sample_set_lead_to_the_bake(scene, baked, kind):
+    load(baked.parent if kind == "folder" else path_beside(baked))
+    assert scene.natural_gratings.active().bake_path == str(baked)
+
+
+def test_a_bake_in_the_list_is_selected(scene, baked, foil):
+    load(baked)
+    load(foil)
+    load(baked)
+    assert len(scene.natural_gratings.items) == 2 and scene.natural_gratings.active_index == 0
+
+
+def test_two_bakes_of_one_name_have_two_names(scene, baked, tmp_path):
+    load(baked)
+    load(shutil.copy(baked, tmp_path / "waves.exr"))
+    assert [grating.name for grating in scene.natural_gratings.items] == ["waves", "waves.001"]
+
+
+def test_a_sample_set_alone_is_refused(scene, baked, tmp_path):
+    alone = shutil.copy(path_beside(baked), tmp_path / "waves.lobes.exr")
+    with pytest.raises(RuntimeError, match="waves.lobes.exr: a part of a bake, whose other .exr is not beside it"):
+        load(alone)
+    assert not scene.natural_gratings.items
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("text.exr", "not a readable OpenEXR file"),
+        ("picture.exr", "not a Natural Gratings bake"),
+        ("gone.exr", "no bake there"),
+        ("", "holds 4 bakes"),
+        ("nowhere", "no bake there"),
+        ("forged.exr", "its header's provenance is incomplete"),
+        ("unknown.exr", "sample"),
+    ],
+)
+def test_a_wrong_file_is_refused_in_one_line(scene, foil, tmp_path, name, told):
+    (tmp_path / "text.exr").write_text("a text")
+    write(tmp_path / "picture.exr", np.zeros((8, 8, 3), np.float16), {})
+    picture = open_picture(foil)
+    record = json.loads(picture.texts[HEADER_KEY])
+    forged = record | {"delta_e": record["delta_e"] | {"p99": "best"}}
+    write(tmp_path / "forged.exr", picture.pixels(), {HEADER_KEY: json.dumps(forged)})
+    unknown = record | {"request": record["request"] | {"scans": [{"source": "sample:unicorn"}]}}
+    write(tmp_path / "unknown.exr", picture.pixels(), {HEADER_KEY: json.dumps(unknown)})
+    with pytest.raises(RuntimeError) as caught:
+        load(tmp_path / name)
+    line = str(caught.value).strip()
+    assert told in line and line.startswith(f"Error: {tmp_path / name}") and len(line.splitlines()) == 1
+    assert not scene.natural_gratings.items
+
+
+def test_a_bake_without_provenance_is_loaded_by_its_path(scene, foil, tmp_path):
+    picture = open_picture(foil)
+    record = json.loads(picture.texts[HEADER_KEY])
+    del record["shape"]
+    load(write(tmp_path / "bare.exr", picture.pixels(), {HEADER_KEY: json.dumps(record)}))
+    grating = scene.natural_gratings.active()
+    assert (grating.name, grating.bake_summary) == ("bare", "")
+
+
+def write(path, image, attributes):
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, **attributes}
+    with OpenEXR.File(header, {"RGB": np.ascontiguousarray(image[::-1])}) as file:
+        file.write(str(path))
+    return path
+
+
+def test_undo_takes_the_grating_out(scene, baked):
+    bpy.ops.ed.undo_push(message="before")
+    load(baked)
+    bpy.ops.ed.undo_push(message="loaded")
+    bpy.ops.ed.undo()
+    assert not bpy.context.scene.natural_gratings.items
+    bpy.ops.ed.redo()
+    assert bpy.context.scene.natural_gratings.items[0].bake_summary.startswith("dE00")
