@@ -124,3 +124,11 @@ def test_a_quality_sets_the_bake(scene, grating, addon, quality):
     assert addon.bake_quality.quality_of(grating) == quality
     grating.delta_e = 2.0
     assert addon.bake_quality.quality_of(grating) == ""
+
+
+def test_the_surface_offers_the_pictures_that_it_can_show(scene, grating, scan, panel):
+    """A bake without a scan has a chart alone, and a scan without a bake has none."""
+    assert panel(folded=False).operators.count("grating.show_picture") == 1
+    scene.natural_gratings.items.clear()
+    bpy.ops.grating.import_height_map(filepath=str(scan), size_um=4, height_nm=100)
+    assert panel(folded=False).operators.count("grating.show_picture") == 2
