@@ -75,6 +75,7 @@ def put_on(preset: str, name: str, text: str, most: int) -> Steps:
     yield from press("bpy.ops.grating.light_rig")
     yield RENDERED
     assert [lamp for lamp in bpy.context.scene.objects if lamp.name.startswith("Rig")], "no rig"
+    assert view()[0].spaces.active.shading.type == "RENDERED"
     picture(name, text)
     assert _acts - 2 <= most, f"{_acts - 2} acts for {name}"
 

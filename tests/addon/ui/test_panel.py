@@ -83,6 +83,14 @@ def test_a_mesh_without_a_uv_map_is_offered_its_axis(scene, grating, following):
     assert following().operator == "grating.assign"
 
 
+def test_only_the_large_button_is_pressed_without_a_dialog(scene, grating, panel):
+    """Blender keeps one way of calling operators for the whole panel."""
+    plane = bpy.context.active_object
+    plane.data.uv_layers.remove(plane.data.uv_layers[0])
+    contexts = panel(folded=False).contexts
+    assert {contexts[name] for name in ("grating.bake", "grating.assign", "grating.vary")} == {"INVOKE_REGION_WIN"}
+
+
 def test_only_the_present_step_is_open(scene, grating, panel):
     """A step that is done has a tick."""
     layout = panel()
