@@ -16,8 +16,8 @@ from .canvas import SIDE, Canvas, round_below
 
 # The side of the plot and its upper left corner, in pixels.
 _PLOT, _LEFT, _TOP = 424, 70, 26
-# Black is this share of the brightest visible wave's power. A wave of it is a thousandth as high.
-_DARKEST = 1e-6
+# Black is this share of the brightest visible wave's power. A wave of it is a hundredth as high.
+_DARKEST = 1e-4
 # How bright waves are that show no colours.
 _DIMMED = 0.4
 _RINGS = (1e-3 / COARSEST_PERIOD_M, 1e-3 / FINEST_PERIOD_M)
