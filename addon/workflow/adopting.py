@@ -13,6 +13,7 @@ from ..materials.group_users import linked_strays, materials_with, owners, stray
 from ..materials.pictures import made_from
 from ..materials.replace import parts_of
 from ..materials.response import own_trees
+from .adding_holograms import fit_adopted_hologram
 from .restoring_bakes import bake_shown_by
 
 
@@ -24,7 +25,7 @@ def adopt(scene: bpy.types.Scene) -> list[GratingError | str]:
     done: list[str] = []
     faults = linked_strays(found)
     for group in (group for group in found if group.library is None):
-        name = group.name
+        name, materials = group.name, [each for each in materials_with(group) if each.library is None]
         try:
             twin = None if owners(group) else _of_same_bake(scene, group)
             if twin is not None:
@@ -32,6 +33,8 @@ def adopt(scene: bpy.types.Scene) -> list[GratingError | str]:
                 done.append(f"{name}: follows {twin.name}")
             else:
                 done.append(f"{name}: is the grating {_new_grating(scene, group).name}")
+            for material in materials:
+                fit_adopted_hologram(material)
         except GratingError as error:
             faults.append(error)
     if not done:
