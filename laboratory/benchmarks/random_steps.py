@@ -7,14 +7,15 @@ Each session runs in its own Blender process, from a factory scene. After each s
 traceback, a refusal must have one line and have changed nothing, all panels must draw, the gratings and their drivers
 must be consistent, and undo and redo must restore the data-blocks of that state. At the end all is deleted and purged,
 and nothing of the extension may be left. A crash, and a step of more than 20 processor seconds, are failures. The
-program then prints the seed, the step and the last ten steps, and exits with status 1. tests/addon runs a short session
-(hostile/steps_session.py)."""
+program then prints the seed, the step and the last ten steps, and exits with status 1. `done` in the JSON counts the
+steps that were not refused. tests/addon runs a short session (hostile/steps_session.py)."""
 
 import json
 import subprocess
 import sys
 import tempfile
 import time
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -67,6 +68,7 @@ def _session(seed: int, steps: int) -> dict[str, Any]:
         "seed": seed,
         "steps": len(ended),
         "refused": sum(bool(record["refusal"]) for record in ended),
+        "done": dict(Counter(record["does"].partition("(")[0] for record in ended if not record["refusal"])),
         "slowest": max(ended, key=lambda record: record["seconds"], default=None),
         "fault": fault,
         "last": [f"{record['step']}: {record['does']}" for record in begun[-_TOLD:]] if fault else [],

@@ -292,7 +292,7 @@ ACTS: dict[str, tuple[int, Act]] = {
     "delete scene": (1, delete_scene),
     "join": (1, join),
     "toggle Edit Mode": (3, toggle_edit),
-    "choose an engine": (1, choose_engine),
+    "choose an engine": (3, choose_engine),
     "change the world": (2, change_world),
     "save a copy": (1, save_copy),
 }

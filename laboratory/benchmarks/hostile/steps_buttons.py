@@ -136,7 +136,7 @@ BUTTONS: dict[str, tuple[int, Callable[[Hand], Arguments]]] = {
     "vary": (4, _vary),
     "hologram": (4, lambda hand: {"pattern": hand.item("hologram", "pattern"), "filepath": str(hand.scan)}),
     "fit_world": (1, _none),
-    "osl_reference": (1, _one("osl_reference", "method")),
+    "osl_reference": (3, _one("osl_reference", "method")),
     "show_direction": (1, _none),
     "unwrap": (2, lambda hand: {"size": 64, "method": hand.item("unwrap", "method")}),
     "bake_direction_map": (2, _map),
