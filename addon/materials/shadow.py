@@ -62,5 +62,6 @@ def _text() -> bpy.types.Text:
     found = bpy.data.texts.get(_TEXT)
     if found is None or found.library is not None:
         found = bpy.data.texts.new(_TEXT)
+        found.use_fake_user = False  # set on a new text; a purge of the file would leave it
         found.from_string(_SOURCE.read_text(encoding="utf-8"))
     return found

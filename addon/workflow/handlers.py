@@ -24,7 +24,7 @@ from ..blender.changes import STILL, note_change, seconds_until_still
 from ..blender.guard import guarded
 from ..blender.rendering import is_rendering
 from ..blender.window import has_window
-from ..lamps.follow import follow_lamps, followed_lamps, stop_following
+from ..lamps.follow import follow_lamps, followed_lamps, lamp_count, stop_following
 from ..lamps.rendered_lamps import show_as_rendered
 from ..materials.data_pictures import wrong_colours
 from ..materials.group_properties import is_diffraction
@@ -49,8 +49,13 @@ def follow_change(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Non
     note_change()
     if depsgraph.mode == "RENDER":
         return
-    if scene.library is not None or is_rendering() or not _has_diffraction():  # most files stop here
+    if scene.library is not None or is_rendering():
         forget_worlds()
+        return
+    if not _has_diffraction():  # most files stop here
+        forget_worlds()
+        if len(followed_lamps(scene)) < lamp_count(scene):  # a lamp was deleted after the last Diffraction group
+            stop_following(scene)
         return
     changed = {update.id.original for update in islice(depsgraph.updates, _LOOKED_AT)}
     came_or_went = depsgraph.id_type_updated("COLLECTION") and (
@@ -99,9 +104,10 @@ def follow_again(*_: object) -> None:
 @persistent
 @guarded
 def let_go(*_: object) -> None:
-    """Before an undo or a redo."""
-    for scene in _scenes():
-        stop_following(scene)
+    """Before an undo or a redo, also where the last Diffraction group was just deleted."""
+    for scene in bpy.data.scenes:
+        if scene.library is None:
+            stop_following(scene)
 
 
 @persistent

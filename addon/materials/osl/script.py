@@ -31,6 +31,7 @@ def script_group(name: str, text: str, inputs: tuple[Socket, ...]) -> Response:
     values = tree.inputs().values()
     script = tree.node("ShaderNodeScript", label=name)
     source = bpy.data.texts.new(f"{title}.osl")
+    source.use_fake_user = False  # set on a new text; a purge of the file would leave it
     source.from_string(text)
     script.mode = "INTERNAL"
     script.script = source

@@ -190,8 +190,12 @@ def test_a_scene_without_lamps_is_dark_to_lamps_only(addon, scene, grating):
 
 def test_the_drivers_alone_darken_a_lamp_that_is_gone(addon, scene, sun):
     """As in a Blender without the extension: none of its handlers runs."""
-    bpy.data.objects.remove(sun)
-    assert list(read(addon, scene, "power")) == [0, 0, 0, 0]
+    addon.handlers.unregister()
+    try:
+        bpy.data.objects.remove(sun)
+        assert list(read(addon, scene, "power")) == [0, 0, 0, 0]
+    finally:
+        addon.handlers.register()
 
 
 @pytest.fixture
@@ -287,6 +291,21 @@ def test_undo_pairs_of_handlers_leave_all_as_it_was(addon, scene, material):
     assert addon.follow.lamp_count(scene) == 0
     addon.handlers.follow_again()
     assert described(scene) == before
+
+
+def test_no_driver_follows_a_lamp_that_is_gone(addon, scene, material):
+    """Also if the last Diffraction group went before the lamp."""
+    assert properties(scene)
+    bpy.data.node_groups.remove(scene.natural_gratings.active().group)
+    bpy.data.objects.remove(bpy.data.objects["Sun"])
+    bpy.context.view_layer.update()
+    assert properties(scene) == [] and not scene.animation_data.drivers
+
+
+def test_undo_lets_go_of_lamps_without_a_diffraction_group(addon, scene, sun):
+    """Undo may free the lamp that a driver points to."""
+    addon.handlers.let_go()
+    assert properties(scene) == []
 
 
 def described(scene) -> set[str]:

@@ -300,14 +300,6 @@ def test_a_bake_that_is_gone_from_the_cache_is_named_without_its_path(scene, add
     assert not bpy.data.materials and grating.material is None
 
 
-def test_register_and_unregister_leave_nothing(addon, scene):
-    addon.package.unregister()
-    assert not hasattr(bpy.types.Scene, "natural_gratings")
-    assert not hasattr(bpy.types, "GRATING_PT_main")
-    addon.package.register()
-    assert bpy.ops.grating.import_height_map(filepath="sample:flat") == {"FINISHED"}
-
-
 @pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="Blender 4.5 does not show flattened trees")
 @pytest.mark.parametrize(
     ("bake", "bounds", "lamp_nodes", "rest_nodes"), [("baked", 0, 219, 322), ("mirror", 2, 199, 332)]
