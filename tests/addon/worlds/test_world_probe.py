@@ -225,7 +225,7 @@ def temporary(tmp_path, monkeypatch):
     return tmp_path
 
 
-@pytest.mark.parametrize("code, told", [("exit('no such node')", "no such node"), ("exit(3)", "no word")])
+@pytest.mark.parametrize("code, told", [("exit('no such node')", "no such node"), ("exit(3)", "no message")])
 def test_a_second_blender_that_fails_is_told(addon, scene, hdri, monkeypatch, temporary, code, told):
     monkeypatch.setattr(addon.world_probe, "_blender", lambda: [sys.executable, "-c", code])
     before = everything()
