@@ -151,7 +151,7 @@ def test_a_bake_that_comes_out_no_smaller_is_not_taken(addon, coarse, monkeypatc
     bake = addon.baking
     larger = bake.finished_bake
     monkeypatch.setattr(bake, "finished_bake", lambda *a, **k: larger(*a, **k) | {"blender_bytes": 1 << 40})
-    with pytest.raises(RuntimeError, match="nothing gained: the bake for this scene takes 1048576 MiB for"):
+    with pytest.raises(RuntimeError, match="nothing gained: the bake for this scene takes 1048576 MiB instead of"):
         bpy.ops.grating.needs()
     assert coarse.bake_path == before and not coarse.for_scene
 

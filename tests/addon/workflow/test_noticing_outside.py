@@ -81,7 +81,7 @@ def test_it_is_told_at_assign_at_save_and_before_a_render(scene, narrowed, tmp_p
     def told(action):
         capfd.readouterr()
         assert action() == {"FINISHED"}
-        return "".join(capfd.readouterr()).count("outside of what its grating was baked for")
+        return "".join(capfd.readouterr()).count("its grating was baked for another camera")
 
     def save():
         return bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"), copy=True)
