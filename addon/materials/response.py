@@ -32,8 +32,8 @@ IRRADIANCE = Socket("Irradiance", "Vector", "Light on a surface that faces the l
 VARIANCE = Socket("Variance", "Float", "Spread of the lamp's disc in the sky, in rad2", 0.0, 0.0, 10.0)
 ROUGHNESS = Socket("Roughness", "Float", "Softness: blurs the colours, as a rough skin does", 0.0, 0.0, 1.0, "FACTOR")
 IOR = Socket(
-    "IOR", "Float", "Index of refraction: how strongly the surface bends and reflects light. 1.56: horn and skin. "
-    "A metal or a film ignores it", KERATIN_IOR, 1.0, IOR_MAX,
+    "IOR", "Float", "Index of refraction: a higher one reflects more light. 1.56: horn and skin (keratin). "
+    "A baked metal or film ignores it", KERATIN_IOR, 1.0, IOR_MAX,
 )  # fmt: skip
 PERIOD_SCALE = Socket(
     "Period Scale", "Float",
