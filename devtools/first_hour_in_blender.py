@@ -75,6 +75,7 @@ def put_on(preset: str, name: str, text: str, most: int) -> Steps:
     yield from press("bpy.ops.grating.light_rig")
     yield RENDERED
     assert [lamp for lamp in bpy.context.scene.objects if lamp.name.startswith("Rig")], "no rig"
+    assert view()[0].spaces.active.shading.type == "RENDERED"
     picture(name, text)
     assert _acts - 2 <= most, f"{_acts - 2} acts for {name}"
 
@@ -83,10 +84,11 @@ def show_me() -> Steps:
     """From the empty profile to the first coloured snake in three acts."""
     yield from press_in_view("ESC")  # the splash screen
     yield from begin()
+    yield 4 * SECOND  # the presets' pictures load
     picture("start", "the tab of a new file: a preset's picture, Show Me, and what can be put on the selected mesh")
     mine = first_window().scene
     yield from press("bpy.ops.grating.show_me")
-    yield 2 * RENDERED
+    yield 3 * RENDERED
     assert first_window().scene != mine and view()[0].spaces.active.shading.type == "RENDERED"
     assert _acts <= 3
     picture("show_me", "Show Me: a corn snake in a scene of its own")

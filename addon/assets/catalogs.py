@@ -29,7 +29,7 @@ VERSION 1
 
 def catalog_id(preset: Preset) -> str:
     """The identifier of a preset's catalog. It is the same on all machines."""
-    return _identifier(_KINDS[preset.shape][0])
+    return _identifier(f"{_TOP}/{_KINDS[preset.shape][0]}")
 
 
 def tags_of(preset: Preset) -> list[str]:
@@ -45,23 +45,26 @@ def tags_of(preset: Preset) -> list[str]:
 
 def catalogs_text(existing: str = "") -> str:
     """The text of a library's catalog file. Catalogs of others in the existing text stay."""
-    ours = {_identifier(kind): kind for kind, _ in _KINDS.values()}
+    ours = _catalogs()
     kept = existing if "VERSION 1" in existing.splitlines() else _HEADER
     lines = [line for line in kept.splitlines() if line.partition(":")[0] not in ours]
-    lines += [f"{identifier}:{_TOP}/{kind}:{_TOP}-{kind}" for identifier, kind in sorted(ours.items(), key=_kind)]
+    lines += [f"{identifier}:{path}:{path.replace('/', '-')}" for identifier, path in ours.items()]
     return "\n".join(lines) + "\n"
 
 
 def has_other_catalogs(text: str) -> bool:
     """Whether a library's catalog file has catalogs that are not ours."""
-    ours = {_identifier(kind) for kind, _ in _KINDS.values()}
+    ours = _catalogs()
     identifiers = [line.partition(":")[0] for line in text.splitlines() if ":" in line and not line.startswith("#")]
     return any(identifier not in ours for identifier in identifiers)
 
 
-def _identifier(kind: str) -> str:
-    return str(uuid.uuid5(uuid.NAMESPACE_URL, f"natural-gratings:{_TOP}/{kind}"))
+def _catalogs() -> dict[str, str]:
+    """The paths of our catalogs by their identifiers. With a parent missing, Blender shows unsaved changes."""
+    kinds = sorted({kind for kind, _ in _KINDS.values()})
+    return {_identifier(path): path for path in (_TOP, *(f"{_TOP}/{kind}" for kind in kinds))}
 
 
-def _kind(item: tuple[str, str]) -> str:
-    return item[1]
+def _identifier(path: str) -> str:
+    """The identifier of a catalog's path."""
+    return str(uuid.uuid5(uuid.NAMESPACE_URL, f"natural-gratings:{path}"))

@@ -62,7 +62,7 @@ class LibraryJob(ReportingProcess):
     def _put(self) -> list[Path]:
         with told_of(self._library):
             self._library.mkdir(parents=True, exist_ok=True)
-        text = catalogs_text(text_of(self._library / FILE))
+            text = catalogs_text(text_of(self._library / FILE))
         made = {name: self._written / f"{name}.blend" for name in self._presets}
         copies = {self._library / file.name: partial(shutil.copyfile, file) for file in made.values()}
         write_together(copies | {self._library / FILE: lambda path: path.write_text(text, encoding="utf-8")})

@@ -11,6 +11,7 @@ from ...precompute.cli.printing import Progress
 from ...precompute.presets.presets import Preset, read_preset
 from ..blender.compat import prefer_append
 from ..gratings.grating import active_grating
+from ..workflow.adding_holograms import fit_hologram_later
 from ..workflow.adding_presets import import_preset
 from ..workflow.baking import bake_and_wait
 from ..workflow.making_materials import working_material
@@ -40,6 +41,7 @@ def _write_asset(preset: Preset, path: Path) -> None:
     if not grating.bake_path:
         bake_and_wait(grating)
     material = working_material(scene, grating)
+    fit_hologram_later(material)
     _mark(material, preset)
     for image in bpy.data.images:
         if image.filepath:  # its pixels are packed; another machine does not have this path

@@ -60,7 +60,7 @@ class AddLightRig(bpy.types.Operator):
 
     def invoke(self, context, event):
         """Choose what the artist looks through, and show it rendered."""
-        view = context.region_data
+        view = _view(context)
         if view is not None and view.view_perspective != "CAMERA":
             self.seen_from = "VIEW"
         done = self.execute(context)
@@ -76,8 +76,13 @@ class AddLightRig(bpy.types.Operator):
             lines = add_light_rig(
                 scene, context.evaluated_depsgraph_get(), Rig(self.kind, self.strength, self.softness),
                 objects=carriers(scene, context.active_object),
-                view=context.region_data, from_view=self.seen_from == "VIEW",
+                view=_view(context), from_view=self.seen_from == "VIEW",
             )  # fmt: skip
         except GratingError as error:
             return report_failure(self, error)
         return report_lines(self, lines)
+
+
+def _view(context: bpy.types.Context) -> bpy.types.RegionView3D | None:
+    """How the 3D view looks at the scene; None in another editor. A button of the sidebar has no region_data."""
+    return getattr(context.space_data, "region_3d", None)

@@ -242,11 +242,14 @@ def _draw_button(layout, context, following: Next) -> None:
     if following.operator:
         row = layout.row()
         row.scale_y = _LARGE
-        # Bakes work in the background only if they are invoked. Other operators would ask for what is given here.
-        row.operator_context = "EXEC_DEFAULT" if following.properties else "INVOKE_DEFAULT"
+        # Bakes work in the background only if they are invoked. Other operators would ask for what is given here. The
+        # setting counts for all of the panel, also for the buttons below.
+        invoked = row.operator_context
+        row.operator_context = "EXEC_DEFAULT" if following.properties else invoked
         button = row.operator(following.operator, text=following.text, icon=following.icon)
         for name, value in following.properties.items():
             setattr(button, name, value)
+        row.operator_context = invoked
 
 
 def _period(grating) -> str:

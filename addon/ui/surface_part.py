@@ -6,6 +6,7 @@ import re
 from ...precompute.base.failure import Setting
 from ..gratings.wording import LABELS
 from ..operators.level_steps import AddLevellingStep
+from ..operators.show_picture import KINDS, ShowPicture
 from .facts import GratingFacts
 from .folds import FINDINGS, folds
 from .notes import draw_facts, draw_note
@@ -17,9 +18,19 @@ _LIGHT_ICONS = {"good": "CHECKMARK", "usable": "INFO", "poor": "ERROR"}
 def draw_surface(layout, context, grating, *, facts: GratingFacts) -> None:
     """Draw the facts of a grating's scan, and how it is levelled."""
     draw_facts(layout, context, grating.summary or "Made from a bake, without a scan")
+    draw_pictures(layout, grating)
     draw_scans(layout, context, facts)
     draw_rating(layout, context, grating)
     draw_steps(layout, context, grating, several=bool(facts.scans))
+
+
+def draw_pictures(layout, grating) -> None:
+    """Draw the buttons that show a grating as a picture: of its scan if it has one, of its colours once it is baked."""
+    kinds = [*(["HEIGHT", "SPECTRUM"] if grating.source else []), *(["CHART"] if grating.bake_path else [])]
+    row = layout.row(align=True)
+    for name, label, _ in KINDS:
+        if name in kinds:
+            row.operator(ShowPicture.bl_idname, text=label).kind = name
 
 
 def draw_rating(layout, context, grating) -> None:

@@ -20,6 +20,9 @@ from ..materials.material import check_can_add, diffraction_nodes, overfull
 from ..materials.response import PERIOD_SCALE, responses_in
 from .chosen_meshes import check_not_edited
 
+# Marks a material whose hologram was not fitted to a mesh, by a custom property.
+_UNFITTED = "ng_unfitted_hologram"
+
 
 @dataclass(frozen=True)
 class Hologram:
@@ -82,6 +85,23 @@ def fit_hologram(material: bpy.types.Material, meshes: Iterable[bpy.types.Object
         pattern = hologram_of(node)
         if pattern is not None and mapped is not None:
             pattern.inputs[ASPECT.name].default_value = uv_aspect(mapped)
+
+
+def fit_hologram_later(material: bpy.types.Material) -> None:
+    """Mark a material of an asset library, which has no mesh yet, so that its hologram is fitted when it is adopted."""
+    if any(hologram_of(node) is not None for node in diffraction_nodes(material)):
+        material[_UNFITTED] = True
+
+
+def fit_adopted_hologram(material: bpy.types.Material) -> None:
+    """Fit the hologram of a marked material to the first mesh with it that is not in Edit Mode, if there is one."""
+    if not material.get(_UNFITTED):
+        return
+    things = (thing for thing in bpy.data.objects if thing.type == "MESH" and not thing.data.is_editmode)
+    meshes = [thing for thing in things if thing.data.uv_layers and material in _materials_of(thing)]
+    if meshes:
+        fit_hologram(material, meshes)
+        del material[_UNFITTED]
 
 
 def _materials_of(thing: bpy.types.Object) -> list[bpy.types.Material]:

@@ -2,17 +2,25 @@
 """Adopting Diffraction groups that belong to no grating of the scene: appended, pasted, or left by a removed
 grating."""
 
+import contextlib
+
 import bpy
 
+from ...precompute.bake.request import request_from
 from ...precompute.base.failure import GratingError
+from ...precompute.surface.height_map import is_synthetic
+from ...precompute.table.atlas_file import read_header
 from ..gratings.baked_region import noted_region
 from ..gratings.grating import Grating, kept_path, unused_name
 from ..gratings.own_names import follow_name, name_in, note_own, was_own
+from ..gratings.remembered_bakes import note_bake
 from ..materials.group_properties import counts_footprint, frame_of, lights_of, traces_shadows
 from ..materials.group_users import linked_strays, materials_with, owners, strays
 from ..materials.pictures import made_from
 from ..materials.replace import parts_of
 from ..materials.response import own_trees
+from .adding_holograms import fit_adopted_hologram
+from .importing import take_surface
 from .restoring_bakes import bake_shown_by
 
 
@@ -24,7 +32,7 @@ def adopt(scene: bpy.types.Scene) -> list[GratingError | str]:
     done: list[str] = []
     faults = linked_strays(found)
     for group in (group for group in found if group.library is None):
-        name = group.name
+        name, materials = group.name, [each for each in materials_with(group) if each.library is None]
         try:
             twin = None if owners(group) else _of_same_bake(scene, group)
             if twin is not None:
@@ -32,6 +40,8 @@ def adopt(scene: bpy.types.Scene) -> list[GratingError | str]:
                 done.append(f"{name}: follows {twin.name}")
             else:
                 done.append(f"{name}: is now the grating {_new_grating(scene, group).name}")
+            for material in materials:
+                fit_adopted_hologram(material)
         except GratingError as error:
             faults.append(error)
     if not done:
@@ -80,4 +90,16 @@ def _new_grating(scene: bpy.types.Scene, group: bpy.types.NodeTree) -> Grating:
             note_own(made)
         follow_name(grating)
     gratings.active_index = len(gratings.items) - 1
+    _take_surface(grating)
     return grating
+
+
+def _take_surface(grating: Grating) -> None:
+    """Give an adopted grating the request in its bake's header, if the surface is a sample or given by parameters. It
+    needs no file then, and the grating can be baked at another quality."""
+    with contextlib.suppress(GratingError):  # a bake of an earlier version, or of files
+        file = grating.baked_file()
+        request = request_from(read_header(file)[1].get("request"), str(file))
+        if request.scans and all(is_synthetic(scan.source) for scan in request.scans):
+            take_surface(grating, request)
+            note_bake(grating, grating.bake_path, grating.bake_summary, request=request)

@@ -8,6 +8,7 @@ from typing import Any
 
 import bpy
 
+from ...precompute.bake.request import BakeRequest
 from ...precompute.base.failure import printable
 from ...precompute.surface.description import Description, describe
 from ...precompute.surface.generated.parameters import canonical, parse_grating
@@ -16,7 +17,7 @@ from ...precompute.surface.quality import LIGHTS
 from ...precompute.surface.readers.reader_registry import read_height_map, read_other_way
 from ...precompute.surface.samples.catalogue import matter_of, title_of
 from ...precompute.surface.steps.pipeline import DEFAULT
-from ..gratings.grating import Grating, kept_path, scan_record, unused_name
+from ..gratings.grating import Grating, kept_path, request_record, scan_record, unused_name
 from ..gratings.matter_fields import take_matter
 from ..gratings.variation import Variation
 from ..gratings.wording import in_one_line, labelled
@@ -42,6 +43,14 @@ def add_averaged(scene: bpy.types.Scene, records: Sequence[dict[str, Any]]) -> G
     """Read scans of one skin, or tiles of one area, given as records of a request, and add them as one grating, the
     active one. Its bake averages their spectra. Raises GratingError as add_each does."""
     return _add(scene, records, _read(records))
+
+
+def take_surface(grating: Grating, request: BakeRequest) -> None:
+    """Give a grating that was made from a bake alone the request of that bake. Raises GratingError, with nothing
+    changed, if a scan cannot be read."""
+    known = _read(request_record(request)["scans"])
+    grating.take_request(request)
+    _describe(grating, known)
 
 
 def import_scans(scene: bpy.types.Scene, records: Sequence[dict[str, Any]], *, averaged: bool = False) -> list[str]:
@@ -101,19 +110,23 @@ def _add(
 ) -> Grating:
     gratings = scene.natural_gratings
     first, *others = records
-    name, facts = known[0]
-    name = unused_name(name, {g.name for g in gratings.items})
+    name = unused_name(known[0][0], {g.name for g in gratings.items})
     grating = gratings.items.add()
     grating.name, grating.source = name, canonical(first["source"])
     grating.channel = first["channel"] or ""
     grating.size_um, grating.height_nm = first["size_um"] or 0.0, first["height_nm"] or 0.0
-    grating.summary = summary_of(facts) + (f"\nthe mean of {len(records)} scans" if others else "")
-    grating.quality = quality_of(known)
+    _describe(grating, known)
     grating.request = json.dumps({"scans": others}, sort_keys=True) if others else ""
     grating.levelling = ",".join(step.text for step in DEFAULT)
     take_matter(grating, matter_of(first["source"]))
     gratings.active_index = len(gratings.items) - 1
     return grating
+
+
+def _describe(grating: Grating, known: Sequence[tuple[str, Description]]) -> None:
+    """Keep the summary and the quality of a grating's scans."""
+    mean = f"\nthe mean of {len(known)} scans" if len(known) > 1 else ""
+    grating.summary, grating.quality = summary_of(known[0][1]) + mean, quality_of(known)
 
 
 def quality_of(known: Sequence[tuple[str, Description]]) -> str:

@@ -53,7 +53,7 @@ def index_of(scene: bpy.types.Scene, bake: str) -> int:
 
 def bake_file(bake: str) -> Path:
     """A bake's file, given the file, its sample set or its folder. Raises GratingError if there is none."""
-    file = existing_bake(bake)
+    file = existing_bake(bake) if bake else None  # no text is the working folder
     if file is None or not file.is_file():
         raise GratingError(bake, "no bake there", "give the .exr that `bake` wrote, or its folder")
     return _table_of(file) if _is_sample_set(file) else file

@@ -8,10 +8,12 @@ class Layout:
     """A layout, including all its rows, columns and sub-panels. `folded`: sub-panels that are closed by default are not
     drawn, as Blender has it."""
 
-    operator_context, active, scale_y = "", True, 1.0
+    operator_context, active, scale_y = "INVOKE_REGION_WIN", True, 1.0
 
     def __init__(self, folded=True):
         self.folded = folded
+        # How each button's operator is called.
+        self.contexts = {}
         self.labels, self.icons, self.props, self.operators, self.lists, self.pictures = [], [], [], [], [], 0
 
     def label(self, text="", icon="NONE"):
@@ -24,6 +26,7 @@ class Layout:
 
     def operator(self, name, **_):
         self.operators.append(name)
+        self.contexts[name] = self.operator_context
         return SimpleNamespace()
 
     def operator_menu_enum(self, name, _property, **_):

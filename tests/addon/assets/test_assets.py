@@ -8,6 +8,7 @@ import bpy
 import numpy as np
 import pytest
 
+from precompute.presets.presets import read_preset
 from tests.addon.conftest import add_camera, select
 from tests.addon.layout import Layout, context_of
 
@@ -48,7 +49,29 @@ def test_the_library_has_a_small_file_for_each_preset_and_its_catalogs(library):
     lines = (library / "blender_assets.cats.txt").read_text().splitlines()
     assert lines.count("VERSION 1") == 1 and OWN in lines
     paths = [line.split(":")[1] for line in lines if "Natural Gratings" in line]
-    assert paths == [f"Natural Gratings/{kind}" for kind in ("Discs", "Foils", "Nature", "Snakes")]
+    kinds = ("Discs", "Foils", "Nature", "Snakes")
+    assert paths == ["Natural Gratings", *(f"Natural Gratings/{kind}" for kind in kinds)]
+
+
+def test_catalogs_keep_their_identifiers(addon):
+    """Assets in artists' own libraries refer to them."""
+    text = addon.catalogs.catalogs_text()
+    assert "7073c2fb-469e-5029-9563-2c623b768cff:Natural Gratings/Snakes:Natural Gratings-Snakes\n" in text
+    assert addon.catalogs.catalogs_text(text) == text and not addon.catalogs.has_other_catalogs(text)
+    assert addon.catalogs.has_other_catalogs(f"{text}{OWN}\n")
+
+
+@pytest.mark.parametrize(
+    ("preset", "tags"),
+    [
+        ("cd", {"disc", "aluminium"}),
+        ("corn_snake", {"snake", "dielectric"}),
+        ("jewel_beetle", {"nature", "thin film"}),
+        ("security_hologram", {"foil", "thin film"}),
+    ],
+)
+def test_tags_tell_the_thing_and_its_matter(addon, preset, tags):
+    assert set(addon.catalogs.tags_of(read_preset(preset))) == {"diffraction", "iridescent", *tags}
 
 
 def test_the_library_is_listed_once_and_appends(addon, library):
@@ -132,7 +155,31 @@ def test_an_appended_material_renders_as_the_preset_and_is_adopted(addon, librar
     assert bpy.ops.grating.adopt() == {"FINISHED"}
     made = stage.natural_gratings.active()
     assert made.name == TITLE and made.material == appended and made.baked_file().is_file()
+    # It can be baked at another quality, as its surface needs no file.
+    assert made.source == read_preset(PRESET).request.scans[0].source and "period 1246 nm" in made.summary
+    assert addon.bake_quality.quality_of(made) == "DRAFT" and not addon.remembered_bakes.is_asked_otherwise(made)
     np.testing.assert_allclose(rendered(stage, tmp_path), added, rtol=0, atol=1e-5 * added.max())
+
+
+def test_the_hologram_of_an_asset_is_fitted_when_it_is_adopted(addon, scene, grating):
+    plane = bpy.data.objects["Plane"]
+    plane.scale.y = 3
+    assert bpy.ops.grating.assign() == {"FINISHED"}
+    bpy.ops.grating.hologram(pattern="CRYSTAL")
+    (node,) = addon.material.diffraction_nodes(grating.material)
+    aspect = addon.hologram_nodes.hologram_of(node).inputs["Aspect"]
+    bpy.context.view_layer.update()
+    for marked, fitted in ((False, 1.0), (True, 3.0)):
+        aspect.default_value = 1.0
+        if marked:
+            addon.adding_holograms.fit_hologram_later(plane.active_material)
+        scene.natural_gratings.items.clear()
+        assert bpy.ops.grating.adopt() == {"FINISHED"}
+        assert aspect.default_value == pytest.approx(fitted)
+    aspect.default_value = 2.0  # what an artist chose since then stays
+    scene.natural_gratings.items.clear()
+    assert bpy.ops.grating.adopt() == {"FINISHED"}
+    assert aspect.default_value == 2.0
 
 
 def test_an_unknown_preset_and_a_folder_that_is_a_file_are_one_line(scene, tmp_path):

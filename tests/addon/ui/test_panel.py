@@ -83,6 +83,14 @@ def test_a_mesh_without_a_uv_map_is_offered_its_axis(scene, grating, following):
     assert following().operator == "grating.assign"
 
 
+def test_only_the_large_button_is_pressed_without_a_dialog(scene, grating, panel):
+    """Blender keeps one way of calling operators for the whole panel."""
+    plane = bpy.context.active_object
+    plane.data.uv_layers.remove(plane.data.uv_layers[0])
+    contexts = panel(folded=False).contexts
+    assert {contexts[name] for name in ("grating.bake", "grating.assign", "grating.vary")} == {"INVOKE_REGION_WIN"}
+
+
 def test_only_the_present_step_is_open(scene, grating, panel):
     """A step that is done has a tick."""
     layout = panel()
@@ -124,3 +132,11 @@ def test_a_quality_sets_the_bake(scene, grating, addon, quality):
     assert addon.bake_quality.quality_of(grating) == quality
     grating.delta_e = 2.0
     assert addon.bake_quality.quality_of(grating) == ""
+
+
+def test_the_surface_offers_the_pictures_that_it_can_show(scene, grating, scan, panel):
+    """A bake without a scan has a chart alone, and a scan without a bake has none."""
+    assert panel(folded=False).operators.count("grating.show_picture") == 1
+    scene.natural_gratings.items.clear()
+    bpy.ops.grating.import_height_map(filepath=str(scan), size_um=4, height_nm=100)
+    assert panel(folded=False).operators.count("grating.show_picture") == 2

@@ -259,9 +259,8 @@ def test_the_button_takes_what_the_artist_looks_through_and_shows_it_rendered(ad
     from types import SimpleNamespace
 
     shading = SimpleNamespace(type="SOLID")
-    context = SimpleNamespace(
-        region_data=SimpleNamespace(view_perspective=perspective), space_data=SimpleNamespace(shading=shading)
-    )
+    view = SimpleNamespace(view_perspective=perspective)
+    context = SimpleNamespace(space_data=SimpleNamespace(shading=shading, region_3d=view))
     for done, shown in (({"CANCELLED"}, "SOLID"), ({"FINISHED"}, "RENDERED")):
         operator = SimpleNamespace(seen_from="CAMERA", execute=lambda _, done=done: done)
         assert addon.add_light_rig.AddLightRig.invoke(operator, context, None) == done

@@ -135,6 +135,12 @@ def write(path, image, attributes):
     return path
 
 
+def test_no_file_is_not_the_working_folder(scene, baked, monkeypatch):
+    monkeypatch.chdir(baked.parent)
+    with pytest.raises(RuntimeError, match="no bake there"):
+        load("")
+
+
 def test_undo_takes_the_grating_out(scene, baked):
     bpy.ops.ed.undo_push(message="before")
     load(baked)
