@@ -229,7 +229,7 @@ def temporary(tmp_path, monkeypatch):
 def test_a_second_blender_that_fails_is_told(addon, scene, hdri, monkeypatch, temporary, code, told):
     monkeypatch.setattr(addon.world_probe, "background_blender", lambda *_: [sys.executable, "-c", code])
     before = everything()
-    with pytest.raises(Exception, match=rf"^world tested.*: not rendered \({told}\); look at its nodes"):
+    with pytest.raises(Exception, match=rf"^world tested.*: not rendered \({told}\); check its nodes"):
         addon.world_probe.fit_of(hdri[0], scene, 8)
     assert everything() == before and not list(temporary.iterdir())
 
