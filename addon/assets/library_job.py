@@ -56,7 +56,7 @@ class LibraryJob(ReportingProcess):
             self.clean_up()
         if self.is_late:
             raise GratingError("asset library", f"not written within {_LONGEST_SECONDS} s", "try again")
-        last = next((line for line in reversed(told) if line.strip() and not line.startswith("{")), "no word")
+        last = next((line for line in reversed(told) if line.strip() and not line.startswith("{")), "no message")
         raise failure_in(told) or GratingError("asset library", f"not written ({last})", "try again")
 
     def _put(self) -> list[Path]:

@@ -39,7 +39,9 @@ def run(arguments: argparse.Namespace) -> None:
     """The `direction-map` verb."""
     meshes = chosen_meshes(arguments.object)
     if len(meshes) > 1:
-        raise GratingError(", ".join(o.name for o in meshes), "a direction map is of one mesh", "name one by --object")
+        raise GratingError(
+            ", ".join(o.name for o in meshes), "a direction map belongs to one mesh", "name one by --object"
+        )
     if meshes[0].modifiers and not meshes[0].visible_get():
         raise GratingError(meshes[0].name, "hidden in the viewport, where its modifiers do nothing", "show it")
     lines = bake_direction_map(

@@ -69,9 +69,9 @@ def unsuited_period(subject: Subject) -> Iterator[Cause]:
     if _FINEST_NM <= period <= _COARSEST_NM:
         return
     why = (
-        "finer than half a wavelength of light, so no colour can leave the surface"
+        "finer than half a wavelength of light, so the surface sends no colour"
         if period < _FINEST_NM
-        else "so coarse that its orders overlap and mix to white"
+        else "so coarse that its rainbows overlap and mix to white"
     )
     scaled = f" with a Period Scale of {scale:.3g}" if scale != 1 else ""
     reset = mend("PERIOD_SCALE", "Set Period Scale to 1") if scale != 1 else None

@@ -59,8 +59,8 @@ class Grating(bpy.types.PropertyGroup):
     active_step: IntProperty(name="Active Step", description="Step whose settings are shown")
     delta_e: FloatProperty(
         name="Colour Error",
-        description="Largest colour difference (CIEDE2000) between the bake and the exact surface, in 99 % of the "
-        "tested directions. A single view may show larger differences",
+        description="How far the bake's colours may differ from the exact ones, in units of CIEDE2000: the eye hardly "
+        "sees 1. Smaller takes longer and needs more memory. Single views (1 % of the directions) may differ more",
         default=1.0,
         min=1e-3,
         max=100.0,
@@ -69,8 +69,8 @@ class Grating(bpy.types.PropertyGroup):
     )
     coherence_um: FloatProperty(
         name="Coherence",
-        description="Coherence length in micrometres: the width over which light interferes. Longer gives sharper "
-        "colours, but speckle if the scan is too small to average it out. 0 chooses it from the scan's size",
+        description="Width over which light waves interact (coherence length), in micrometres. Larger gives purer "
+        "colours, but also speckle if the scan is small. 0: chosen from the scan's size",
         default=0.0,
         min=0.0,
         max=1e4,
@@ -85,7 +85,7 @@ class Grating(bpy.types.PropertyGroup):
     )
     plate_ior: FloatProperty(
         name="Plate IOR",
-        description="Index of refraction of a clear plate over the relief: 1.585 for the polycarbonate of a disc, "
+        description="How strongly a clear plate over the relief bends light (IOR): 1.585 for the plastic of a disc, "
         "about 1.5 for the lacquer of a foil. 1: no plate",
         default=PLATE_IORS[0],
         min=PLATE_IORS[0],
@@ -122,7 +122,9 @@ class Grating(bpy.types.PropertyGroup):
     )
     frame_uv_map: StringProperty(name="UV Map", description="UV map whose U the scan's x axis (left to right) follows")
     frame_axis: EnumProperty(name="Axis", description="Axis of the object", items=AXES, default="Z")
-    frame_map: PointerProperty(type=bpy.types.Image, name="Direction Map", description="From Bake Direction Map")
+    frame_map: PointerProperty(
+        type=bpy.types.Image, name="Direction Map", description="Picture made by Bake Direction Map"
+    )
     frame_angle: StringProperty(
         name="Object Angle", description="Custom property that turns the scan on its object, in radians; empty for none"
     )
@@ -249,14 +251,14 @@ class SceneGratings(bpy.types.PropertyGroup):
     active_index: IntProperty(name="Active Grating", description="Grating that the buttons work on")
 
     map_size: IntProperty(
-        name="Map Size", description="Side of direction maps and UV maps' pictures, in pixels", default=1024, min=16,
+        name="Map Size", description="Side of direction maps and of textures, in pixels", default=1024, min=16,
         max=1 << 15,
     )  # fmt: skip
     map_padding: IntProperty(
         name="Padding", description="Space between the islands of a UV map, in pixels", default=4, min=0, max=256
     )
     map_density: FloatProperty(
-        name="Density", description="Pixels of the UV map per metre of the surface; 0 for as many as fit", min=0.0,
+        name="Density", description="Pixels of the UV map per metre of the surface. 0: as many as fit", min=0.0,
         max=1e9,
     )  # fmt: skip
 

@@ -4,11 +4,11 @@
 LAMPS_ONLY, REST, ALL = "LAMPS", "REST", "ALL"
 # Identifier, label and tooltip, as in Blender's enumerations.
 LIGHTS = (
-    (REST, "Sources and Rest", "Lamps and compact bright parts of the world, without noise; the rest of the world and "
-     "light from other objects by random samples, which is noisier. Without lamps the world still lights the grating"),
-    (LAMPS_ONLY, "Lamps Only", "Up to eight lamps, without noise. The world and light from other objects have no "
-     "effect; without lamps the diffraction is black"),
-    (ALL, "All, Noisy and Exact", "All light by random samples: complete, but noisy, most of all under small lamps. "
+    (REST, "Sources and Rest", "Lamps and bright spots of the world light it without noise. The rest of the world and "
+     "other objects light it by random samples, which are noisy. Without lamps the world still lights the grating"),
+    (LAMPS_ONLY, "Lamps Only", "Up to eight lamps light it without noise. The world and other objects have no effect. "
+     "Without lamps the diffraction is black"),
+    (ALL, "All, Noisy and Exact", "All light comes by random samples: exact, but noisy, most of all under small lamps. "
      "For reference pictures"),
 )  # fmt: skip
 CHOICES = {name for name, _, _ in LIGHTS}

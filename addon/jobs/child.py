@@ -82,7 +82,7 @@ class Job(ReportingProcess):
             raise self._deadline.failure
         # Python and libraries print lines of their own.
         last = next((line for line in reversed(told) if line.strip() and not line.startswith("{")), "")
-        fault = last or f"its process ended without a word (status {self.status})"
+        fault = last or f"its process ended without a message (status {self.status})"
         raise failure_in(told) or GratingError(self._verb, fault, "try again")
 
     def clean_up(self) -> None:

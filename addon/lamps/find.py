@@ -114,9 +114,9 @@ def unfollowed_features(scene: bpy.types.Scene, counted: Sequence[bpy.types.Obje
             lines.append(f"diffraction uses at most {LAMPS_MAX} lamps; left out: {', '.join(listed)}")
     for lamp in lamps:
         if _has_own_nodes(lamp.data):
-            lines.append(f"{lamp.name}: its shader nodes are not followed")
+            lines.append(f"{lamp.name}: its shader nodes are ignored")
         if lamp.data.type == "AREA" and lamp.data.spread < math.pi - 1e-3:
-            lines.append(f"{lamp.name}: its spread is not followed")
+            lines.append(f"{lamp.name}: its spread is ignored")
     return lines
 
 

@@ -42,9 +42,9 @@ _INPUTS = tuple(
 # The distance to a sun, in metres: larger than any scene.
 FAR = 1e5
 _TO_LIGHT = Socket("To Light", "Vector", "Unit vector to the lamp")
-_IRRADIANCE = Socket("Irradiance", "Color", "On a surface that faces the lamp, W/m2")
-_VARIANCE = Socket("Variance", "Float", "Of the lamp's disc in the sky, rad2")
-_DISTANCE = Socket("Distance", "Float", "To the lamp, metres")
+_IRRADIANCE = Socket("Irradiance", "Color", "Light on a surface that faces the lamp, in W/m2")
+_VARIANCE = Socket("Variance", "Float", "Spread of the lamp's disc in the sky, in rad2")
+_DISTANCE = Socket("Distance", "Float", "Distance to the lamp, in metres")
 _SHADOW = Socket("Shadow", "Float", "1 if the lamp casts shadows")
 _OUTPUTS = (_TO_LIGHT, _IRRADIANCE, _VARIANCE, _DISTANCE, _SHADOW)
 

@@ -28,23 +28,24 @@ from .plate_nodes import Plate
 NORMAL = Socket("Normal", "Vector", "Shading normal")
 TANGENT = Socket("Tangent", "Vector", "Direction of the scan's x axis (left to right) on the surface")
 TO_LIGHT = Socket("To Light", "Vector", "Unit vector to the lamp")
-IRRADIANCE = Socket("Irradiance", "Vector", "On a surface that faces the lamp, W/m2")
-VARIANCE = Socket("Variance", "Float", "Of the lamp's disc in the sky, rad2", 0.0, 0.0, 10.0)
-ROUGHNESS = Socket("Roughness", "Float", "Of the skin over the relief: blurs the colours", 0.0, 0.0, 1.0, "FACTOR")
+IRRADIANCE = Socket("Irradiance", "Vector", "Light on a surface that faces the lamp, in W/m2")
+VARIANCE = Socket("Variance", "Float", "Spread of the lamp's disc in the sky, in rad2", 0.0, 0.0, 10.0)
+ROUGHNESS = Socket("Roughness", "Float", "Softness: blurs the colours, as a rough skin does", 0.0, 0.0, 1.0, "FACTOR")
 IOR = Socket(
-    "IOR", "Float", "Index of refraction: 1.56 is keratin. A baked metal or film has its own", KERATIN_IOR, 1.0, IOR_MAX
-)
+    "IOR", "Float", "Index of refraction: a higher one reflects more light. 1.56: horn and skin (keratin). "
+    "A baked metal or film ignores it", KERATIN_IOR, 1.0, IOR_MAX,
+)  # fmt: skip
 PERIOD_SCALE = Socket(
     "Period Scale", "Float",
-    "Stretches the relief along the surface; 2 halves its colours' angles. Above 1, light with "
-    "|u| above 2 / Period Scale is missing, where u is the sum of the directions to lamp and camera along the surface. "
-    "Below 1, nothing is missing", 1.0, 0.1, 10.0,
+    "Hue by Period: stretches the lines, which moves each hue to another angle. 2: the colours lie at half the angles. "
+    "Above 1, light is missing where lamp and camera both lean far to the same side (|u| above 2 / Period Scale)",
+    1.0, 0.1, 10.0,
 )  # fmt: skip
 HEIGHT_SCALE = Socket(
     "Height Scale", "Float", "Scales the relief's heights: 0 is a mirror, 1 is as baked", 1.0, 0.0, 1.0, "FACTOR"
 )
 ZERO_ORDER = Socket(
-    "Zero Order", "Float", "0 leaves the mirror image out, where a closure shows it", 1.0, 0.0, 1.0, "FACTOR"
+    "Zero Order", "Float", "0: without the mirror reflection, which another shader shows", 1.0, 0.0, 1.0, "FACTOR"
 )
 SHARP = Socket("Sharp", "Float", "1: an order comes from one direction; 0: from a lobe", 0.0, 0.0, 1.0, "FACTOR")
 # Settings on the material that all responses may use.
@@ -59,11 +60,11 @@ COARSER_SHARE = Socket("Coarser Share", "Float", "Share of the coarser in their 
 ONE_RADIANCE = (RADIANCE,)
 TWO_RADIANCES = (RADIANCE, COARSER, COARSER_SHARE)
 
-MIRROR = Socket("Mirror", "Color", "The zero order's reflectance")
-MIRROR_ROUGHNESS = Socket("Mirror Roughness", "Float", "Of the zero order's closure")
+MIRROR = Socket("Mirror", "Color", "Reflectance of the mirror reflection (zero order)")
+MIRROR_ROUGHNESS = Socket("Mirror Roughness", "Float", "Roughness of the mirror reflection")
 LOBE = Socket("Lobe", "Color", "Reflectance of the order that was drawn, over its probability")
 LOBE_NORMAL = Socket("Lobe Normal", "Vector", "Normal of the mirror that sends the order to the viewer")
-LOBE_ROUGHNESS = Socket("Lobe Roughness", "Float", "Of the order's closure")
+LOBE_ROUGHNESS = Socket("Lobe Roughness", "Float", "Roughness of the reflection of the order")
 LOBE_DIRECTION = Socket("Lobe Direction", "Vector", "Unit vector to where the order comes from")
 WORLD_ANSWER = (MIRROR, MIRROR_ROUGHNESS, LOBE, LOBE_NORMAL, LOBE_ROUGHNESS, LOBE_DIRECTION)
 

@@ -95,10 +95,15 @@ _LEFT = 2048
 _REMEDY = "use fewer lamps, or fewer gratings in its Variation"
 _BASE = Socket("Base", "Shader", "The material under the relief")
 _BASE_BLEND = Socket(
-    "Base Blend", "Float", "0: a physical coat. 0.1: the thesis's texture blending", 0.0, 0.0, 1.0, "FACTOR"
+    "Base Blend", "Float", "Mixes the material under the relief in. 0: the diffraction lies on it as a clear coat. "
+    "0.1: the mix of the thesis. 1: the diffraction is hidden", 0.0, 0.0, 1.0, "FACTOR",
+)  # fmt: skip
+_STRENGTH = Socket(
+    "Strength", "Float", "Multiplies the diffraction's brightness. 1: as bright as the real surface", 1.0, 0.0, 1000.0
 )
-_STRENGTH = Socket("Strength", "Float", "Scales the diffraction; 1 is physical", 1.0, 0.0, 1000.0)
-_ROTATION = Socket("Rotation", "Float", "Turns the scan about the normal", 0.0, -1e3, 1e3, "ANGLE")
+_ROTATION = Socket(
+    "Rotation", "Float", "Turns the scan, and with it the colours, about the surface's normal", 0.0, -1e3, 1e3, "ANGLE"
+)
 _NORMAL = Socket("Normal", "Vector", "Shading normal; the surface's own if nothing is linked")
 _TANGENT = Socket(
     "Tangent", "Vector", "Direction of the scan's x axis (left to right); the grating's own if nothing is linked"
@@ -110,7 +115,7 @@ _INPUTS = (
 SETTABLE = {socket.name: socket for socket in _INPUTS if socket.default is not None}
 _OUTPUTS = (
     Socket("Shader", "Shader", "The whole material"),
-    Socket("Diffraction", "Color", "The diffracted radiance alone"),
+    Socket("Diffraction", "Color", "The diffracted light alone, as a colour"),
 )
 
 
@@ -278,7 +283,7 @@ def linked_with_fewer_lamps(scene: bpy.types.Scene) -> list[str]:
     """One warning line for each linked (so read-only) Diffraction group with fewer lamps than the scene follows."""
     count = lamp_count(scene)
     groups = [g for g in diffraction_groups() if g.library is not None and len(lamps_in(g)) < count]
-    return [f"{g.name}: linked, it knows {len(lamps_in(g))} of {count} lamps; make it local" for g in groups]
+    return [f"{g.name}: linked with only {len(lamps_in(g))} of {count} lamps; make it local" for g in groups]
 
 
 def crowded(group: bpy.types.NodeTree) -> list[str]:
@@ -291,7 +296,7 @@ def crowded(group: bpy.types.NodeTree) -> list[str]:
     )
     if left_out <= 0 or lights_of(group) != REST:
         return []
-    told = f"{left_out} of the world's {sources} sources are left to the noisy rest, as EEVEE has no room for them"
+    told = f"{left_out} of the world's {sources} bright spots are noisy, because EEVEE has no room for them"
     return [f"{group.name}: {told}; {_REMEDY}"]
 
 
@@ -326,7 +331,7 @@ def renew_outdated() -> list[str]:
         refill(group, responses_in(group))
     renewed = ", ".join(group.name for group in outdated if not is_outdated(group))
     version = "{}.{}".format(*bpy.app.version)
-    return [f"{renewed}: shadows made anew, as another Blender than {version} saved them"] if renewed else []
+    return [f"{renewed}: shadows rebuilt for Blender {version}, because another version saved them"] if renewed else []
 
 
 def follows_light_linking() -> bool:

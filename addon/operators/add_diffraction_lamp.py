@@ -37,7 +37,7 @@ class AddDiffractionLamp(bpy.types.Operator):
         if not in_object_mode(cls, context):
             return False
         if not shows_grating(context.active_object):
-            cls.poll_message_set("Make a mesh that shows a grating the active object first")
+            cls.poll_message_set("Select a mesh that shows a grating first")
             return False
         return True
 

@@ -12,13 +12,13 @@ from .reports import report_added
 _KINDS = (
     ("SINUSOIDAL", "Sinusoidal", "Lines with the profile of a sine"),
     ("BINARY", "Binary", "Flat ridges with steep sides"),
-    ("BLAZED", "Blazed", "Slanted facets, which send most light to one side"),
+    ("BLAZED", "Blazed", "Slanted facets that send most light to one side"),
     ("ECHELLE", "Echelle", "Coarse facets with a right angle, for high orders"),
     ("CROSSED", "Crossed", "Square posts in a square lattice"),
-    ("HEXAGONAL", "Hexagonal", "Round bumps in a hexagonal lattice; the period is the distance of its rows"),
+    ("HEXAGONAL", "Hexagonal", "Round bumps in a hexagonal lattice; the period is the distance between its rows"),
     ("BRUSHED", "Brushed", "Random scratches, as on brushed metal"),
     ("PITS", "Pits", "Pits of a disc in tracks"),
-    ("GROOVE", "Groove", "Grooves of a record, which swing sideways with the sound"),
+    ("GROOVE", "Groove", "Grooves of a record that swing sideways with the sound"),
 )
 
 
@@ -53,7 +53,7 @@ class AddGrating(bpy.types.Operator):
         items=_KINDS, default="BLAZED", update=lambda operator, _: _kind_chosen(operator), options={"SKIP_SAVE"},
     )  # fmt: skip
     period_um: FloatProperty(
-        name="Period (um)", description="Distance of neighbouring lines, in micrometres",
+        name="Period (um)", description="Distance between neighbouring lines, in micrometres",
         default=2.5, min=0.2, max=20.0, precision=3, options={"SKIP_SAVE"},
     )  # fmt: skip
     lines_per_mm: FloatProperty(
@@ -71,7 +71,7 @@ class AddGrating(bpy.types.Operator):
         default=10.0, min=1.0, max=45.0, options={"SKIP_SAVE"},
     )  # fmt: skip
     duty: FloatProperty(
-        name="Duty", description="Share of the period that the ridge, pit or groove takes",
+        name="Duty", description="Width of the ridge, pit or groove, as a fraction of the period",
         default=0.5, min=0.05, max=0.95, subtype="FACTOR", options={"SKIP_SAVE"},
     )  # fmt: skip
     bit_nm: FloatProperty(
@@ -93,15 +93,15 @@ class AddGrating(bpy.types.Operator):
         default=4.0, min=0.4, max=50.0, options={"SKIP_SAVE"},
     )  # fmt: skip
     period_disorder: FloatProperty(
-        name="Period Disorder", description="Standard deviation of the period, as a fraction of the period",
+        name="Period Disorder", description="Variation (standard deviation) of the period, as a fraction of it",
         default=0.0, min=0.0, max=0.5, options={"SKIP_SAVE"},
     )  # fmt: skip
     depth_disorder: FloatProperty(
-        name="Depth Disorder", description="Standard deviation of the depth, as a fraction of the depth",
+        name="Depth Disorder", description="Variation (standard deviation) of the depth, as a fraction of it",
         default=0.0, min=0.0, max=1.0, options={"SKIP_SAVE"},
     )  # fmt: skip
     direction_disorder_deg: FloatProperty(
-        name="Direction Disorder (deg)", description="Standard deviation of the direction of the lines, in degrees",
+        name="Direction Disorder (deg)", description="Variation (standard deviation) of the direction, in degrees",
         default=0.0, min=0.0, max=45.0, options={"SKIP_SAVE"},
     )  # fmt: skip
     seed: IntProperty(

@@ -30,8 +30,8 @@ FIELDS = {
 
 
 class AddHologram(bpy.types.Operator):
-    """Give the grating a direction and a period from place to place, as on a hologram or a foil. Acts on the selected
-    meshes that show a grating, else on all that show the active one. Its node stays in the material, to be tweaked"""
+    """Vary the direction and the period of the grating over the surface, as on a hologram or a foil. Acts on the
+    selected meshes that show a grating, else on all that show the active one. Adjust its node in the material"""
 
     bl_idname = "grating.hologram"
     bl_label = "Hologram"
@@ -39,7 +39,10 @@ class AddHologram(bpy.types.Operator):
 
     pattern: EnumProperty(name="Pattern", description="How direction and period vary", items=patterns.PATTERNS)
     filepath: StringProperty(
-        name="Picture", description="Picture whose hue sets the direction", subtype="FILE_PATH", options={"SKIP_SAVE"}
+        name="Picture",
+        description="Its hue sets the direction, and its brightness the strength",
+        subtype="FILE_PATH",
+        options={"SKIP_SAVE"},
     )
     filter_image: BoolProperty(default=True, options={"HIDDEN", "SKIP_SAVE"})
     filter_folder: BoolProperty(default=True, options={"HIDDEN", "SKIP_SAVE"})

@@ -17,9 +17,9 @@ KINDS = (
 
 
 class AddLightRig(bpy.types.Operator):
-    """Add lamps at the angles from which the camera, or this view, sees the most of the colours, and show the view
-    rendered. It lights the active object if it has a grating, else all objects with one. Pressed again it replaces its
-    own lamps, and leaves all other lamps and the world"""
+    """Add lamps at the angles that show most colour to the camera, or to this view, and switch the view to Rendered.
+    It lights the active object if it has a grating, else all objects with one. Pressed again, it replaces its own lamps
+    and keeps all other lamps and the world"""
 
     bl_idname = "grating.light_rig"
     bl_label = "Light Rig"
@@ -28,7 +28,7 @@ class AddLightRig(bpy.types.Operator):
     kind: EnumProperty(name="Kind", description="The lamps of the rig", items=KINDS)
     seen_from: EnumProperty(
         name="Seen From",
-        description="From where the colours show",
+        description="From where the rig looks for colours",
         items=(
             ("CAMERA", "Camera", "The scene's camera; the 3D view if the scene has none"),
             ("VIEW", "This View", "The 3D view as it looks now"),
@@ -37,7 +37,7 @@ class AddLightRig(bpy.types.Operator):
     )
     strength: FloatProperty(
         name="Strength",
-        description="Factor on the strength of all lamps. With 1, a 50 % grey surface that faces the brightest lamp "
+        description="Multiplies the strength of all lamps. At 1, a 50 % grey surface that faces the brightest lamp "
         "has a brightness of 0.4",
         default=1.0,
         min=0.0,
@@ -46,7 +46,7 @@ class AddLightRig(bpy.types.Operator):
     )
     softness: FloatProperty(
         name="Softness",
-        description="Factor on the size of all lamps. Larger lamps give softer shadows and paler colours",
+        description="Multiplies the size of all lamps. Larger lamps give softer shadows and paler colours",
         default=1.0,
         min=0.01,
         max=10.0,

@@ -20,7 +20,7 @@ class AdoptMaterials(bpy.types.Operator):
     def poll(cls, context):
         # The panel draws the button only if there is something to adopt. Blender calls this at each redraw.
         if not any(map(is_diffraction, bpy.data.node_groups)):
-            cls.poll_message_set("The file has no diffraction material")
+            cls.poll_message_set("Append or paste a diffraction material first")
             return False
         return True
 

@@ -28,7 +28,7 @@ class BakeDirectionMap(bpy.types.Operator):
         name="File", description="Also save the picture here, as OpenEXR. It is always packed into the .blend",
         subtype="FILE_PATH",
     )  # fmt: skip
-    read: BoolProperty(name="Read", description="Make the mesh's gratings use the picture", default=True)
+    read: BoolProperty(name="Use Picture", description="Make the mesh's gratings use the picture", default=True)
 
     @classmethod
     def poll(cls, context):

@@ -21,7 +21,9 @@ class BakeNeeds(FollowsBake, bpy.types.Operator):
     bl_options = {"UNDO"}
 
     everything: BoolProperty(
-        name="Everything", description="Bake every direction again, not only those that the scene shows", default=False
+        name="All Directions",
+        description="Bake every direction again, not only those that the scene shows",
+        default=False,
     )
 
     @classmethod

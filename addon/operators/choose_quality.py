@@ -10,7 +10,7 @@ from .polls import has_grating
 
 
 class ChooseQuality(bpy.types.Operator):
-    """Choose how exact the bake is. The next bake uses it"""
+    """Choose how exact the next bake is"""
 
     bl_idname = "grating.choose_quality"
     bl_label = "Quality"

@@ -30,7 +30,7 @@ class CombGrating(FollowsJob, bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         if CombGrating.job is not None:
-            cls.poll_message_set("A comb is running")
+            cls.poll_message_set("Wait until the running comb ends, or press Esc to cancel it")
             return False
         return in_object_mode(cls, context) and has_selected_mesh(cls, context)
 

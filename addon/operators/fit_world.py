@@ -17,7 +17,7 @@ class FitWorld(bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         if context.scene.world is None:
-            cls.poll_message_set("The scene has no world")
+            cls.poll_message_set("Give the scene a world first")
             return False
         return True
 

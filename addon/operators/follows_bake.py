@@ -25,7 +25,7 @@ class FollowsBake(FollowsJob):
     @classmethod
     def poll(cls, context):
         if running_bake() is not None:
-            cls.poll_message_set("A bake is running")
+            cls.poll_message_set("Wait until the running bake ends, or press Esc to cancel it")
             return False
         return has_grating(cls, context)
 

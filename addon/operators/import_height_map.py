@@ -28,8 +28,8 @@ class ImportHeightMap(bpy.types.Operator, ImportHelper):
         name="Several Files",
         description="How to import several files that are chosen together",
         items=(
-            ("EACH", "Each Its Own", "Import each file as a separate grating"),
-            ("AVERAGE", "One Grating", "Average the spectra of scans of one skin, or of tiles of one large area"),
+            ("EACH", "Separate Gratings", "Import each file as a separate grating"),
+            ("AVERAGE", "One Grating", "Average scans of one skin, or tiles of one large area, into one grating"),
         ),
         options={"SKIP_SAVE"},
     )
@@ -108,7 +108,7 @@ class ImportHeightMap(bpy.types.Operator, ImportHelper):
 
 
 class DropHeightMap(bpy.types.FileHandler):
-    """Imports microscope files that are dropped on a 3D view"""
+    """Import microscope files that are dropped on a 3D view"""
 
     bl_idname = "GRATING_FH_height_map"
     bl_label = "Height Map"

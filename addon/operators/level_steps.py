@@ -39,7 +39,7 @@ class _OnActiveStep(_OnSteps):
             return False
         grating = context.scene.natural_gratings.active()
         if not 0 <= grating.active_step < len(grating.steps):
-            cls.poll_message_set("No step in the list")
+            cls.poll_message_set("Add a step first")
             return False
         return True
 

@@ -38,7 +38,7 @@ class MakeAssets(FollowsJob, bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         if MakeAssets.job is not None:
-            cls.poll_message_set("The asset library is being written")
+            cls.poll_message_set("Wait until the asset library is written, or press Esc to cancel it")
             return False
         return True
 

@@ -31,7 +31,7 @@ class NewOslReference(bpy.types.Operator):
     method: EnumProperty(name="Method", description="What the shader evaluates", items=_METHODS, default="FLSS")
     filepath: StringProperty(
         name="File",
-        description="Existing file of DFT images, or for Direct a bake. Empty: make it from the active grating",
+        description="Existing file of Fourier transforms, or for Direct a bake. Empty: make it from the active grating",
         subtype="FILE_PATH",
     )
 

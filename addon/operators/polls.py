@@ -25,7 +25,7 @@ def in_object_mode(operator: Operator, context: bpy.types.Context) -> bool:
 def has_grating(operator: Operator, context: bpy.types.Context) -> bool:
     """Whether the scene has an active grating."""
     if context.scene.natural_gratings.active() is None:
-        operator.poll_message_set("No grating in the list; import a height map, or add a sample")
+        operator.poll_message_set("Add a grating first: import a scan, or choose a preset")
         return False
     return True
 

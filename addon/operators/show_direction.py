@@ -22,7 +22,7 @@ class ShowDirection(bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         if bpy.app.background:
-            cls.poll_message_set("There is no 3D view in background")
+            cls.poll_message_set("Open Blender with a window: only a 3D view shows the direction")
             return False
         return True
 

@@ -47,7 +47,7 @@ class BackFromShow(bpy.types.Operator):
         from ..workflow.switching_scenes import scene_before
 
         if scene_before(context) is None:
-            cls.poll_message_set("The file has no other scene")
+            cls.poll_message_set("Add a scene to return to first")
             return False
         return True
 

@@ -49,7 +49,7 @@ class Unwrap(bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         if Unwrap.running is not None:
-            cls.poll_message_set("An unwrap is running")
+            cls.poll_message_set("Wait until the running unwrap ends, or press Esc to cancel it")
             return False
         return in_object_mode(cls, context) and has_active_mesh(cls, context)
 

@@ -22,12 +22,12 @@ class VaryGrating(bpy.types.Operator):
     bl_label = "Variation"
     bl_options = {"REGISTER", "UNDO"}
 
-    second: StringProperty(name="Second", description="Grating to mix in. Empty: none")
+    second: StringProperty(name="Second Grating", description="Grating to mix in. Empty: none")
     second_share: FloatProperty(
         name="Share", description="Share of the surface. The active grating gets the rest",
         default=0.33, min=0.0, max=1.0, subtype="FACTOR",
     )  # fmt: skip
-    third: StringProperty(name="Third", description="Another grating to mix in. Empty: none")
+    third: StringProperty(name="Third Grating", description="Another grating to mix in. Empty: none")
     third_share: FloatProperty(
         name="Share", description="Share of the surface. The active grating gets the rest",
         default=0.33, min=0.0, max=1.0, subtype="FACTOR",
@@ -45,8 +45,8 @@ class VaryGrating(bpy.types.Operator):
         "in degrees", default=0.0, min=0.0, max=radians(90.0), subtype="ANGLE",
     )  # fmt: skip
     size_m: FloatProperty(
-        name="Size", description="Width of the patches of gratings and of directions, in the object's local space",
-        default=0.02, min=1e-6, soft_min=1e-3, max=1e6, soft_max=10.0, subtype="DISTANCE",
+        name="Size", description="Width of the patches of gratings and of directions, in metres of the object's local "
+        "space", default=0.02, min=1e-6, soft_min=1e-3, max=1e6, soft_max=10.0, subtype="DISTANCE",
     )  # fmt: skip
 
     @classmethod

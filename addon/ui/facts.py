@@ -211,9 +211,7 @@ def _world(scene: bpy.types.Scene) -> str:
     if not world_is_fitted(scene):
         return NOT_FITTED
     count = source_count(scene)
-    text = (
-        f"{count} bright spot{'s' * (count != 1)} without noise, the rest with noise" if count else "lights with noise"
-    )
+    text = f"{count} bright spot{'s' * (count != 1)} without noise, the rest with noise" if count else "noisy"
     if missed_share(scene) >= _MISSED_MIN:
         text += f", {missed_share(scene):.0%} of bright light not fitted, so noisy"
     return text

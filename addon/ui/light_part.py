@@ -75,7 +75,7 @@ def draw_warnings(layout, context, facts: Facts) -> None:
 def _draw_world(column, context, text: str) -> None:
     """Draw how the scene's world lights the diffraction."""
     if is_fitting():
-        text = "fitting its sources ..."
+        text = "finding its bright spots ..."
     draw_note(column, context, f"{context.scene.world.name}: {text}", icon="WORLD")
     if text == NOT_FITTED:
         if (failure := last_failure(context.scene)) is not None:

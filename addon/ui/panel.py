@@ -116,7 +116,7 @@ class _Drawn(_Panel):
         draw_warnings(layout, context, facts)
         for line in noticed_outside(context.scene):
             draw_note(layout, context, line, icon="ERROR")
-        quality = next((each.label for each in QUALITIES if each.name == quality_of(grating)), "Own settings")
+        quality = next((each.label for each in QUALITIES if each.name == quality_of(grating)), "Custom")
         lamps = sum(not lamp.hidden for lamp in facts.scene.lamps)
         parts = (
             (SURFACE, _period(grating), lambda body: draw_surface(body, context, grating, facts=facts.grating)),

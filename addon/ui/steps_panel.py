@@ -17,7 +17,7 @@ _FILES_MAX = 8
 
 
 class StepList(bpy.types.UIList):
-    """Steps that level and repair the scan, in the order of their execution"""
+    """Steps that level and repair the scan, in order"""
 
     bl_idname = "GRATING_UL_steps"
 
@@ -101,4 +101,4 @@ def _draw_preview(layout, context, grating, *, several: bool) -> None:
         warned = line.startswith(WARNING)
         draw_note(notes, context, line.removeprefix(WARNING), icon="ERROR" if warned else "INFO")
     if found.every > 1:
-        draw_note(notes, context, f"Preview of 1 pixel in {found.every} along x and y; the bake uses all")
+        draw_note(notes, context, f"The preview shows 1 pixel in {found.every} along x and y. The bake uses all pixels")

@@ -47,7 +47,7 @@ def add_diffraction_lamp(
     diffraction_lamp.parent, diffraction_lamp.matrix_parent_inverse = mesh, mesh.matrix_world.inverted_safe()
     rotation = values["Rotation"] + own_angle(mesh, frame_of(node.node_tree))
     diffraction_lamp.matrix_basis = place.lamp_matrix(rotation=rotation, height=_HEIGHT * size_m)
-    done = f"{diffraction_lamp.name}: on {mesh.name}, sends what {lamp.name} lights there; seen in Cycles"
+    done = f"{diffraction_lamp.name}: on {mesh.name}, throws the colours of {lamp.name}; only Cycles shows them"
     return diffraction_lamp, [done, *_warnings(scene, node, place, lamp)]
 
 
@@ -83,13 +83,15 @@ def _warnings(scene: bpy.types.Scene, node: bpy.types.Node, place: Place, lamp: 
     lines = []
     linked = [socket.name for socket in node.inputs if socket.is_linked and socket.name != "Base"]
     if linked:
-        lines.append(f"{node.name}: the links to its {', '.join(linked)} are not followed; set the lamp's own nodes")
+        lines.append(f"{node.name}: it ignores the links to its {', '.join(linked)}; set the lamp's own nodes")
     matrix = lamp.matrix_world
     to_lamp = matrix.col[2].xyz if lamp.data.type == "SUN" else matrix.translation - place.position
     if to_lamp.dot(place.normal) <= 0:
-        lines.append(f"{lamp.name}: it is behind the patch, which is dark; move the lamp, or choose another place")
+        lines.append(
+            f"{lamp.name}: it is behind the patch, so the patch is dark; move the lamp, or choose another place"
+        )
     if lights_of(node.node_tree) != LAMPS_ONLY and scene.cycles.caustics_reflective:
-        lines.append("the material's closures send mirror images too, as dots; switch Caustics > Reflective off")
+        lines.append("the material also throws mirror images, as dots; switch Caustics > Reflective off")
     if scene.render.engine != "CYCLES":
-        lines.append("only Cycles evaluates a lamp's nodes; elsewhere the Diffraction Lamp is dark")
+        lines.append("only Cycles shows a Diffraction Lamp; in other renderers it is dark")
     return lines

@@ -138,7 +138,10 @@ def _limits(nodes: Iterable[bpy.types.Node], pattern: str) -> list[str]:
         if any(PERIOD_SCALE not in response.inputs for response in responses_in(group)):
             lines.append(f"{group.name}: its method has no Period Scale, so the hologram's periods have no effect")
         if any(noted_region(response.group) is not None for response in responses_in(group)):
-            lines.append(f"{group.name}: baked for one scene's directions; press Bake for This Scene again")
+            lines.append(
+                f"{group.name}: baked for one scene before it had this pattern, so parts may be black; press Bake for "
+                "This Scene again"
+            )
         source = frame_of(group)
         is_along_u = source.kind == UV_MAP or (source.kind == STORED and not source.combed)
         if pattern == SUNBURST and not is_along_u:

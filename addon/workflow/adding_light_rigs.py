@@ -97,7 +97,7 @@ def add_light_rig(
     found = two_best(_seen(scene, lit), lamp, _preference(pixels, lit, shadows, distance=distance))
     if found is None:
         raise GratingError(
-            objects[0].name, "no light makes the camera see its colours", "turn the object or the camera"
+            objects[0].name, "no lamp position shows its colours to the camera", "turn the object or the camera"
         )
     lamps = _lamps(rig, key, found, pixels=pixels, lit=lit)
     added = replace_rig(scene, lamps, lit.middle)

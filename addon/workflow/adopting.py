@@ -39,13 +39,13 @@ def adopt(scene: bpy.types.Scene) -> list[GratingError | str]:
                 _follow(group, twin)
                 done.append(f"{name}: follows {twin.name}")
             else:
-                done.append(f"{name}: is the grating {_new_grating(scene, group).name}")
+                done.append(f"{name}: is now the grating {_new_grating(scene, group).name}")
             for material in materials:
                 fit_adopted_hologram(material)
         except GratingError as error:
             faults.append(error)
     if not done:
-        raise faults[0] if faults else GratingError("", "every diffraction material has its grating in the list", "")
+        raise faults[0] if faults else GratingError("", "every diffraction material is in the list already", "")
     return [*done, *faults]
 
 

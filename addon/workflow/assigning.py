@@ -60,7 +60,7 @@ def add_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> li
             begin(material)
             fit_hologram(material, [mesh for mesh in meshes if _shows(mesh, material)])
     lines = [*seams, *_prepared(meshes, grating), *bare, *_further(scene), *overfull(materials)]
-    return [f"{grating.name}: over {_names(materials)}", *lines]
+    return [f"{grating.name}: added to {_names(materials)}", *lines]
 
 
 def _shows(mesh: bpy.types.Object, material: bpy.types.Material) -> bool:
@@ -91,7 +91,7 @@ def _put_in_active_slot(selection: Selection, mesh: bpy.types.Object, material: 
     if count == 1:
         return ""
     name = "empty" if before is None else before.name
-    return f"{mesh.name}: only slot {index + 1} of {count} ({name}) was replaced; Add to Materials serves all slots"
+    return f"{mesh.name}: only slot {index + 1} of {count} ({name}) was replaced; Add to Materials changes all slots"
 
 
 def _seams(objects: list[bpy.types.Object], meshes: list[bpy.types.Object], grating: Grating) -> list[str]:
@@ -106,7 +106,7 @@ def _prepared(meshes: list[bpy.types.Object], grating: Grating) -> list[str]:
     lines = prepare_meshes(grating.group, meshes) + lamps_alone(grating) + lost([grating.group])
     if grating.frame_source().kind != grating.frame_kind:
         lines.append(
-            f"{grating.name}: its direction map was deleted, and the UV map taken instead; choose its Direction again"
+            f"{grating.name}: its direction map was deleted, so it follows the UV map; choose its Direction again"
         )
     return lines
 

@@ -94,7 +94,7 @@ def record_bake(grating: Grating, facts: dict[str, Any], request: BakeRequest, *
         f"coherence {facts['coherence_um']:.0f} um",
         f"{facts['tiles']} look-ups",
         f"{facts['blender_bytes'] / 2**20:.0f} MiB",
-        *(["for this scene alone"] if grating.for_scene else []),
+        *(["for this scene only"] if grating.for_scene else []),
     ]
     note_bake(grating, facts["files"][0], "\n".join(summary), request=request)
     refresh_group(grating)

@@ -36,7 +36,7 @@ def described(source: DirectionSource) -> str:
     return {
         "STORED": "what is stored on the mesh, else its UV map",
         "UV_MAP": f"the UV map {source.uv_map}",
-        "RADIAL": f"the object's {source.axis} axis outwards",
+        "RADIAL": f"away from the object's {source.axis} axis",
         "AXIS": f"the object's {source.axis} axis",
         "FRAME_MAP": f"the direction map {source.frame_map.name if source.frame_map else ''}",
     }[source.kind]

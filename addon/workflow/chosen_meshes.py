@@ -48,7 +48,7 @@ def no_mesh(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> GratingE
 def _passed_over(objects: list[bpy.types.Object]) -> list[GratingError]:
     remedy = "use Object > Convert > Mesh, then unwrap it"
     return [
-        GratingError(o.name, f"a {_CONVERTIBLE[o.type]} carries no grating", remedy)
+        GratingError(o.name, f"a {_CONVERTIBLE[o.type]} cannot show a grating", remedy)
         for o in objects
         if o.type in _CONVERTIBLE
     ]
@@ -67,7 +67,7 @@ def check_can_change(thing: bpy.types.Object) -> None:
     if data_is_fixed(thing) and not thing.material_slots:
         raise GratingError(
             thing.name,
-            f"its mesh {thing.data.name} is another file's and has no material slot",
+            f"its mesh {thing.data.name} is linked from another file and has no material slot",
             "use Object > Relations > Make Local > Selected Objects and Data",
         )
 

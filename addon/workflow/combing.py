@@ -93,13 +93,13 @@ def _check(thing: bpy.types.Object) -> None:
     check_can_change(thing)
     mesh = thing.data
     if data_is_fixed(thing):
-        raise GratingError(thing.name, f"its mesh {mesh.name} is another file's", "make it local to comb it")
+        raise GratingError(thing.name, f"its mesh {mesh.name} is linked from another file", "make it local to comb it")
     check_not_edited(thing)
     if not mesh.polygons:
         raise GratingError(thing.name, "no faces to comb", "choose a mesh with faces")
     if COMB_UV in mesh.uv_layers and not has_comb(mesh):
         raise GratingError(
-            thing.name, f"has a UV map {COMB_UV} of its own", "rename it, a comb is stored under this name"
+            thing.name, f"has a UV map {COMB_UV} of its own", "rename it, because a comb takes this name"
         )
     if COMB_UV not in mesh.uv_layers and len(mesh.uv_layers) >= _MAPS_MAX:
         raise GratingError(thing.name, f"has {_MAPS_MAX} UV maps, and a comb needs one more", "remove one")
@@ -146,5 +146,5 @@ def _told(index: np.ndarray) -> str:
     points, flips = int((index != 0).sum()), int((index == 0).sum())
     told = f"{points} singular point{'s' * (points != 1)}" if points else "no singular points"
     if flips:
-        told += f", {flips} faces where its source contradicts itself"
+        told += f", {flips} faces where the source has no clear direction"
     return told + ("; Show Direction rings them, and they are selected in Edit Mode" if points or flips else "")

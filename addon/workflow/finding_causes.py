@@ -86,7 +86,7 @@ def _seen_causes(subject: Subject, look: Seen, depsgraph: bpy.types.Depsgraph) -
 def _nothing_wrong(subject: Subject, look: Seen | None) -> str:
     """The sentence if nothing hides the colours."""
     if look is None or look.light is None or has_other_light(subject):
-        return f"Nothing is wrong with {subject.grating.name}, as far as can be told."
+        return f"Found nothing wrong with {subject.grating.name}. Not all of its light could be measured."
     share = f"{look.light.coloured_share:.0%} of what {look.by} sees of {listed(look.things)}"
     return f"Nothing is wrong: lamps show diffraction colours on {share}."
 

@@ -94,11 +94,11 @@ def unfitted_world(scene: bpy.types.Scene) -> list[str]:
     if not follows_world():
         return []
     if world_is_animated(scene):
-        return [f"world {scene.world.name}: it is animated, so that its bright parts light with noise"]
+        return [f"world {scene.world.name}: it is animated, so its bright parts are noisy"]
     if world_is_fitted(scene):
         return []
     name = scene.world.name
-    return [f"world {name}: its bright parts are not fitted, so that they light with noise; press Fit World, or assign"]
+    return [f"world {name}: its bright parts are noisy, because they are not fitted; press Fit World, or assign"]
 
 
 def world_is_animated(scene: bpy.types.Scene) -> bool:

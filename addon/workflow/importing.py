@@ -78,7 +78,9 @@ def keep_if_new(scene: bpy.types.Scene) -> str:
         return f"{gratings.items[last].name}: {in_one_line(gratings.items[last].summary)}"
     gratings.items.remove(last)
     gratings.active_index = same
-    return f"{gratings.items[same].name}: selected, as it is in the list already; for a second, first change this one"
+    return (
+        f"{gratings.items[same].name}: it is in the list already, and now selected. For a second, change this one first"
+    )
 
 
 def _settings(grating: Grating) -> tuple[Any, ...]:

@@ -30,7 +30,7 @@ def load_bake(scene: bpy.types.Scene, bake: str) -> list[str]:
     gratings.active_index = index_of(scene, bake)
     grating = gratings.active()
     if len(gratings.items) == before:
-        return [f"{grating.name}: selected, as it is in the list already"]
+        return [f"{grating.name}: it is in the list already, and now selected"]
     grating.name = unused_name(grating.name, {each.name for each in gratings.items[:before]})
     return [f"{grating.name}: {in_one_line(grating.bake_summary or grating.summary) or 'loaded'}"]
 
@@ -72,7 +72,7 @@ def _table_of(sample_set: Path) -> Path:
     for table in sorted(sample_set.parent.glob("*.exr")):
         if path_beside(table) == sample_set:
             return table
-    raise GratingError(sample_set, "a part of a bake, whose other .exr is not beside it", "copy both into one folder")
+    raise GratingError(sample_set, "half of a bake: its other .exr is not beside it", "copy both into one folder")
 
 
 @dataclass(frozen=True)

@@ -82,7 +82,7 @@ def measure_needs(scene: bpy.types.Scene, grating: Grating, frames: tuple[int, i
     for node, thing in nodes.items():
         if unknown := unknown_inputs(node):
             needs = replace(EVERYTHING, light_radius=needs.light_radius)
-            reasons.append(f"{thing.name}: every direction is kept, as links set its {', '.join(unknown)}")
+            reasons.append(f"{thing.name}: nodes set its {', '.join(unknown)}, so every direction is kept")
     facts = {
         "grating": grating.name, "light_share": round(held_share(shown, needs), 6), "asked_light_share": SHARE,
         "margin": MARGIN, "frames": chosen, "rays": cast, "places": places,
@@ -103,8 +103,8 @@ def pointless(grating: Grating, needs: Needs) -> str:
     if part <= (1 - SAVING_MIN) * whole:
         return ""
     return (
-        f"{grating.name}: nothing to gain: the scene shows {needs.region.share_of_disc:.0%} of all directions, and a "
-        f"bake for it would take about {part / 2**20:.0f} of {whole / 2**20:.0f} MiB; the present bake stays"
+        f"{grating.name}: nothing to gain: the scene shows {needs.region.share_of_disc:.0%} of all directions. A bake "
+        f"for it would take about {part / 2**20:.0f} MiB instead of {whole / 2**20:.0f} MiB; the present bake stays"
     )
 
 
@@ -114,7 +114,7 @@ def no_smaller(grating: Grating, facts: dict[str, Any]) -> GratingError | None:
     whole = 0 if layout is None else layout.width * layout.height * BYTES_PER_TEXEL
     if layout is None or facts["blender_bytes"] < whole:
         return None
-    fault = f"the bake for this scene takes {facts['blender_bytes'] / 2**20:.0f} MiB for {whole / 2**20:.0f} MiB"
+    fault = f"the bake for this scene takes {facts['blender_bytes'] / 2**20:.0f} MiB instead of {whole / 2**20:.0f} MiB"
     return GratingError(grating.name, f"nothing gained: {fault}", "the present bake stays")
 
 
@@ -197,4 +197,4 @@ def _unseen(
     """A line for each mesh with the grating that renders but was skipped, because it is hidden in the viewport."""
     seen = set(nodes.values())
     left = [o for o in carriers if o not in seen and not o.hide_render and not o.visible_get()]
-    return [f"{o.name}: hidden in the viewport, so it was not looked at; show it and measure again" for o in left]
+    return [f"{o.name}: hidden in the viewport, so it was not measured; show it and measure again" for o in left]

@@ -41,6 +41,6 @@ def _told(thing: bpy.types.Object, response: Response, shown: Shown) -> str:
         return ""
     reached = "; ".join(left_out(shown, region, share=_WORTH_A_WORD / 6))
     return (
-        f"{thing.name}: {outside:.0%} of its light is outside of what its grating was baked for, and black "
-        f"({reached}); press Bake for This Scene again"
+        f"{thing.name}: {outside:.0%} of its light is black, because its grating was baked for another camera or other "
+        f"lamps ({reached}); press Bake for This Scene again"
     )

@@ -37,7 +37,7 @@ def remove_from(objects: list[bpy.types.Object]) -> str:
             if material not in plain:
                 plain[material] = material.copy()
                 remove_diffraction(plain[material])
-                lines.append(f"{material.name} stays as it is elsewhere; here it is {plain[material].name}")
+                lines.append(f"other objects keep {material.name}; here it is {plain[material].name}")
             selection.put(thing, index, plain[material])
     return "; ".join(lines)
 

@@ -52,7 +52,7 @@ class Unwrapping:
         facts, uv = self.job.result(lambda facts: (facts, _written_map(facts["files"][0])))
         mesh = bpy.data.objects.get(self.mesh_name)
         if mesh is None or mesh.type != "MESH" or mesh.mode == "EDIT" or _faces(mesh.data) != self._faces:
-            raise GratingError(self.mesh_name, "its faces are no longer those that were unwrapped", "unwrap it again")
+            raise GratingError(self.mesh_name, "its faces changed while it was unwrapped", "unwrap it again")
         return _add_map(mesh, uv, f"{facts['islands']} islands fill {facts['filled']:.0%} of it")
 
 
@@ -168,9 +168,7 @@ def _keep_direction(mesh: bpy.types.Object, before: str) -> list[str]:
     if has_comb(mesh.data):
         return []
     if not before:
-        return [
-            f"{mesh.name}: the new map is its only direction, and its islands turn it; use another Direction Source"
-        ]
+        return [f"{mesh.name}: the islands of the new map are rotated, and the colours with them; change the Direction"]
     for grating in (grating for scene in bpy.data.scenes for grating in scene.natural_gratings.items):
         shown_on = meshes_that_show(grating.group)
         if mesh not in shown_on or grating.frame_kind != STORED or any(has_comb(each.data) for each in shown_on):

@@ -24,7 +24,7 @@ def vary(scene: bpy.types.Scene, grating: Grating, choice: Variation, *, others:
         raise GratingError(grating.name, f"{twice[0]} is named twice", "choose another grating to vary it with")
     if sum(choice.shares) > 1.0 + 1e-6:
         raise GratingError(
-            grating.name, f"the others have {sum(choice.shares):.0%} of the surface", "lower their shares to 100%"
+            grating.name, f"the others cover {sum(choice.shares):.0%} of the surface", "lower their shares to 100%"
         )
     if choice.shares and choice.pattern == ATTRIBUTE and not choice.attribute:
         raise GratingError(grating.name, "its Pattern needs an Attribute", "name one, such as scale_random")

@@ -75,8 +75,8 @@ class Probe(ChildProcess):
             told = lines_of(self.out_path) + lines_of(self.err_path)
         finally:
             self.clean_up()
-        last = next((line for line in reversed(told) if line.strip()), "no word")
-        raise GratingError(f"world {self._name}", f"not rendered ({last})", "look at its nodes and pictures")
+        last = next((line for line in reversed(told) if line.strip()), "no message")
+        raise GratingError(f"world {self._name}", f"not rendered ({last})", "check its nodes and pictures")
 
 
 def fit_of(world: bpy.types.World, scene: bpy.types.Scene, count: int) -> Fit:

@@ -1,22 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Messages, tooltips and help texts must not cite pages that the zip lacks; checked in the syntax trees."""
+"""Messages, tooltips and help texts must not cite pages that the zip lacks; checked in the syntax trees. And the list
+of all texts that `./dev bench texts` prints."""
 
 import ast
 import re
+
+from laboratory.benchmarks import texts
+from laboratory.benchmarks.texts import artist_texts, user_texts
 
 from .test_layering import ROOT, sources, tree_of
 
 # Pages of the repository, none of which the zip holds.
 _PAGE = re.compile(r"\bdocs/|\w\.md\b|\bREADME\b")
-
-
-def user_texts(tree, *, tooltips):
-    """A source's texts except docstrings; `tooltips` includes those of classes, which Blender shows."""
-    holders = (ast.Module, ast.FunctionDef, ast.AsyncFunctionDef) + (() if tooltips else (ast.ClassDef,))
-    docstrings = {id(node.body[0].value) for node in ast.walk(tree)
-                  if isinstance(node, holders) and ast.get_docstring(node) is not None}  # fmt: skip
-    texts = (node for node in ast.walk(tree) if isinstance(node, ast.Constant) and isinstance(node.value, str))
-    return [node.value for node in texts if id(node) not in docstrings]
 
 
 def test_no_text_for_users_cites_a_page_that_the_zip_lacks():
@@ -32,3 +27,48 @@ def test_a_citation_would_be_found():
     source = '"""docs/a.md"""\nclass A:\n    """docs/b.md"""\n    x = f"see docs/c.md {1}"\n'
     assert user_texts(ast.parse(source), tooltips=False) == ["see docs/c.md "]
     assert user_texts(ast.parse(source), tooltips=True) == ["docs/b.md", "see docs/c.md "]
+
+
+def test_the_list_of_texts_has_each_kind_and_leaves_the_code_out():
+    source = '''"""A module."""
+class A(bpy.types.Operator):
+    """Bake it. Esc cancels"""
+    bl_idname = "grating.a"
+    bl_label = "Bake"
+    width: FloatProperty(name="Width", description="In micrometres", subtype="DISTANCE")
+    kind: EnumProperty(items=((SUN, "Sun", "One small sun"), ("SKY", "Sky", "The whole sky")))
+    def draw(self, layout):
+        """Draw it."""
+        layout.label(text=f"{self.lamps:.0f} lamps", icon="LIGHT")
+        raise GratingError(self.name, "too large", f"use {'a smaller' or 'one'}")
+        report_lines(self, ["made"])
+        note = "Select a mesh first"
+        Socket("Turn", "Float", "Degrees")
+        value = scene["not a text"] + driver("2 * a")
+'''
+    assert [(text.line, text.kind, text.text) for text in artist_texts(ast.parse(source))] == [
+        (3, "tooltip", "Bake it. Esc cancels"),
+        (5, "label", "Bake"),
+        (6, "name", "Width"),
+        (6, "description", "In micrometres"),
+        (7, "item", "Sun"),
+        (7, "item", "One small sun"),
+        (7, "item", "Sky"),
+        (7, "item", "The whole sky"),
+        (10, "label", "{self.lamps} lamps"),
+        (11, "error", "too large"),
+        (11, "error", "use {'a smaller' or 'one'}"),
+        (12, "report", "made"),
+        (13, "note", "Select a mesh first"),
+        (14, "name", "Turn"),
+        (14, "description", "Degrees"),
+    ]
+
+
+def test_the_list_of_texts_is_of_the_whole_add_on(capsys):
+    assert texts.main([]) == 0
+    printed = capsys.readouterr().out
+    assert "addon/operators/why_black.py\n" in printed
+    assert re.search(r"\d label +Why Is It Black\?\n", printed)
+    assert re.search(r"\d description +Side of the square piece, in millimetres\n", printed)
+    assert re.search(r"\n\d+ texts: description \d+, error \d+, item \d+, label \d+, ", printed)

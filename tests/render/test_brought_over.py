@@ -147,4 +147,4 @@ def test_a_linked_material_of_fewer_lamps_says_so(files, baked):
     bring_by_operator(path, "Object", "Plane", link=True)
     scene = bpy.context.scene
     told = files.addon.following_lamps.warnings_about(scene, bpy.context.evaluated_depsgraph_get())
-    assert told == ["Diffraction blazed: linked, it knows 1 of 2 lamps; make it local"]
+    assert told == ["Diffraction blazed: linked with only 1 of 2 lamps; make it local"]

@@ -178,7 +178,7 @@ def test_a_world_that_changes_gives_its_sources_up(stage, skin):
     bpy.context.view_layer.update()
     assert held.source_count(stage.scene) == 0
     (line,) = stage.addon.fitting_worlds.unfitted_world(stage.scene)
-    assert line.startswith(f"world {world.name}: its bright parts are not fitted")
+    assert line.startswith(f"world {world.name}: its bright parts are noisy, because they are not fitted")
     assert bpy.ops.grating.fit_world() == {"FINISHED"}
     assert held.source_count(stage.scene) >= 1
     world.node_tree.nodes.remove(sky)

@@ -136,4 +136,4 @@ def test_only_nodes_that_change_a_lamp_are_reported(stage, kind):
     assert told() == []
     emission = next(n for n in lamp.data.node_tree.nodes if n.type == "EMISSION")
     emission.inputs["Strength"].default_value = 2.0
-    assert told() == [f"{lamp.name}: its shader nodes are not followed"]
+    assert told() == [f"{lamp.name}: its shader nodes are ignored"]

@@ -21,13 +21,12 @@ LABELS = {name: label for name, label, _ in PATTERNS}
 # What a hologram changes: these inputs of a Diffraction node, which are also inputs and outputs of each pattern.
 CHANGED = ("Rotation", "Period Scale", "Strength")
 
-ROTATION = Socket("Rotation", "Float", "The hologram's turns are added to this angle", 0.0, -1e3, 1e3, "ANGLE")
+ROTATION = Socket("Rotation", "Float", "Angle to which the hologram's turns are added", 0.0, -1e3, 1e3, "ANGLE")
 PERIOD_SCALE = Socket(
-    "Period Scale", "Float", "The hologram's stretches multiply this one. Where the product p is above 1, light with "
-    "|u| above 2 / p is missing, where u is the sum of the directions to lamp and camera along the surface",
-    1.0, 0.1, 10.0,
+    "Period Scale", "Float", "Hue by Period: the hologram multiplies it. Where the product p is above 1, light is "
+    "missing where lamp and camera both lean far to the same side (|u| above 2 / p)", 1.0, 0.1, 10.0,
 )  # fmt: skip
-STRENGTH = Socket("Strength", "Float", "The hologram dims this strength", 1.0, 0.0, 1000.0)
+STRENGTH = Socket("Strength", "Float", "Strength of the diffraction, which the hologram dims", 1.0, 0.0, 1000.0)
 VECTOR = Socket("Vector", "Vector", "UV coordinates: link a UV Map node")
 ASPECT = Socket(
     "Aspect", "Float", "Height of the UV square on the surface, over its width; keeps cells square", 1.0, 0.001, 1000.0
@@ -35,12 +34,12 @@ ASPECT = Socket(
 
 CELLS = Socket("Cells", "Float", "Number of cells across the width of the UV square", 60.0, 1.0, 1e5)
 TURN = Socket(
-    "Turn", "Float", "Largest turn of a cell's direction to either side. 90 degrees: every direction is as frequent",
+    "Turn", "Float", "Largest turn of a cell's direction to either side. 90 degrees: all directions",
     radians(90.0), 0.0, radians(90.0), "ANGLE",
 )  # fmt: skip
 SPREAD = Socket(
     "Period Spread", "Float", "Largest factor by which a cell's period is stretched or shrunk; 1: one period. "
-    "Stretched cells lack light with |u| above 2 / factor", 1.3, 1.0, 4.0,
+    "Stretched cells are dark where lamp and camera both lean far to the same side", 1.3, 1.0, 4.0,
 )  # fmt: skip
 SEED = Socket("Seed", "Float", "Another number gives other random directions and periods", 0.0, 0.0, 1000.0)
 TWIST = Socket(
@@ -66,7 +65,7 @@ GREY_BELOW = Socket(
 )  # fmt: skip
 SATURATED_PERIOD = Socket(
     "Saturated Period", "Float", "Factor on the period where the picture's colour is pure; a grey keeps the period. "
-    "Above 1, light with |u| above 2 / factor is missing", 1.0, 0.25, 4.0,
+    "Above 1, light is missing where lamp and camera both lean far to the same side", 1.0, 0.25, 4.0,
 )  # fmt: skip
 
 # The numbers that an artist sets on each pattern.

@@ -34,17 +34,17 @@ PARAMETERS: dict[str, Number] = {
 }
 # What each parameter means, for the pages and the panel.
 MEANINGS: dict[str, str] = {
-    "period_um": "Distance of neighbouring lines, in micrometres",
+    "period_um": "Distance between neighbouring lines, in micrometres",
     "depth_nm": "Height from the lowest to the highest point of a line, in nanometres",
     "angle_deg": "Blaze angle: the slope of the long facets, in degrees",
-    "duty": "Share of the period that the ridge, pit or groove takes",
+    "duty": "Width of the ridge, pit or groove, as a fraction of the period",
     "bit_nm": "Length of a channel bit along the track, in nanometres. Pits are 3 to 11 bits long",
     "roundness": "Shape of the groove, from a V (0) to a cosine (1)",
     "modulation_nm": "Largest sideways swing of a groove, in nanometres",
     "wave_um": "Shortest wave of the signal along the groove, in micrometres. The longest wave is 8 times as long",
-    "period_disorder": "Standard deviation of the period, as a fraction of the period",
-    "depth_disorder": "Standard deviation of the depth, as a fraction of the depth",
-    "direction_disorder_deg": "Standard deviation of the direction of the lines, in degrees",
+    "period_disorder": "Variation (standard deviation) of the period, as a fraction of it",
+    "depth_disorder": "Variation (standard deviation) of the depth, as a fraction of it",
+    "direction_disorder_deg": "Variation (standard deviation) of the direction, in degrees",
     "seed": "Number that chooses the random values",
 }
 
@@ -73,14 +73,14 @@ KINDS: dict[str, Kind] = {
     "sinusoidal": _kind("Sinusoidal", "Lines with the profile of a sine", _OF_LINES, period_um=2.5, depth_nm=200),
     "binary": _kind("Binary", "Flat ridges with steep sides", _OF_LINES, period_um=2.5, depth_nm=140, duty=0.5),
     "blazed": _kind(
-        "Blazed", "Slanted facets, which send most light to one side", _OF_LINES, period_um=2.5, depth_nm=246.23
+        "Blazed", "Slanted facets that send most light to one side", _OF_LINES, period_um=2.5, depth_nm=246.23
     ),
     "echelle": _kind(
         "Echelle", "Coarse facets with a right angle, for high orders", _OF_LINES, period_um=6, angle_deg=10
     ),
     "crossed": _kind("Crossed", "Square posts in a square lattice", _OF_SITES, period_um=2, depth_nm=140, duty=0.5),
     "hexagonal": _kind(
-        "Hexagonal", "Round bumps in a hexagonal lattice; the period is the distance of its rows", _OF_SITES,
+        "Hexagonal", "Round bumps in a hexagonal lattice; the period is the distance between its rows", _OF_SITES,
         period_um=1.5, depth_nm=200,
     ),
     "brushed": _kind(
@@ -89,7 +89,7 @@ KINDS: dict[str, Kind] = {
     ),
     "pits": _kind("Pits", "Pits of a disc in tracks", period_um=1.6, depth_nm=110, duty=0.3125, bit_nm=277.5),
     "groove": _kind(
-        "Groove", "Grooves of a record, which swing sideways with the sound", _OF_SITES, period_um=5, depth_nm=300,
+        "Groove", "Grooves of a record that swing sideways with the sound", _OF_SITES, period_um=5, depth_nm=300,
         duty=0.6, roundness=0, modulation_nm=300, wave_um=4,
     ),
 }  # fmt: skip

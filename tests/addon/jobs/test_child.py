@@ -142,8 +142,8 @@ def test_a_failure_comes_with_its_fields(addon, scan, tmp_path):
 
 
 @pytest.mark.parametrize(("printed", "told"), [
-    ("", r"^bake: its process ended without a word \(status 1\); try again$"),
-    ('{"error": {"what": "a.p', r"^bake: its process ended without a word \(status 1\); try again$"),
+    ("", r"^bake: its process ended without a message \(status 1\); try again$"),
+    ('{"error": {"what": "a.p', r"^bake: its process ended without a message \(status 1\); try again$"),
     ('Traceback\nImportError: no NumPy\n{"error": {"wh', "^bake: ImportError: no NumPy; try again$"),
     ('{"error": {"what": "a", "fault": "b", "remedy": ["take ", {"setting": "--new"}]}}\n{"stage": "x"',
      "^a: b; take --new$"),
@@ -195,7 +195,7 @@ def test_a_killed_process_is_told_in_words(addon, job):
     (process,) = Path(f"/proc/{keeper}/task/{keeper}/children").read_text().split()
     os.kill(int(process), signal.SIGKILL)
     job.wait()
-    with pytest.raises(addon.child.GratingError, match=r"bake: .* ended without a word \(status 137\); "):
+    with pytest.raises(addon.child.GratingError, match=r"bake: .* ended without a message \(status 137\); "):
         job.result()
 
 

@@ -68,7 +68,7 @@ def test_sources_that_do_not_fit_are_left_to_the_rest(addon, scene, grating, gro
     (line,) = addon.skin.crowded(group)
     assert answers(group) == 1 + 1
     assert line == (
-        "Diffraction waves: 2 of the world's 3 sources are left to the noisy rest, as EEVEE has no room for them; use "
+        "Diffraction waves: 2 of the world's 3 bright spots are noisy, because EEVEE has no room for them; use "
         "fewer lamps, or fewer gratings in its Variation"
     )
     assert line in reports(bpy.ops.grating.assign, capfd)

@@ -48,7 +48,7 @@ def test_one_click_measures_bakes_and_swaps(addon, scene, coarse, watched):
     recorded = header["request"]["needs"]
     np.testing.assert_allclose(ranges(asked), [recorded[name] for name in "uvw"], atol=1e-9)
     assert recorded["footprint"] == asked.footprint and "measured" not in recorded
-    assert coarse.for_scene and coarse.bake_summary.splitlines()[-1] == "for this scene alone"
+    assert coarse.for_scene and coarse.bake_summary.splitlines()[-1] == "for this scene only"
     assert coarse.source and coarse.delta_e == 6.0
     assert bpy.ops.grating.needs(everything=True) == {"FINISHED"}
     assert shown_pixels(addon, coarse) == before and not coarse.for_scene
@@ -151,7 +151,7 @@ def test_a_bake_that_comes_out_no_smaller_is_not_taken(addon, coarse, monkeypatc
     bake = addon.baking
     larger = bake.finished_bake
     monkeypatch.setattr(bake, "finished_bake", lambda *a, **k: larger(*a, **k) | {"blender_bytes": 1 << 40})
-    with pytest.raises(RuntimeError, match="nothing gained: the bake for this scene takes 1048576 MiB for"):
+    with pytest.raises(RuntimeError, match="nothing gained: the bake for this scene takes 1048576 MiB instead of"):
         bpy.ops.grating.needs()
     assert coarse.bake_path == before and not coarse.for_scene
 

@@ -277,4 +277,4 @@ def test_a_large_scan_is_previewed_thinned_and_it_is_said(addon, scene, tmp_path
     bpy.ops.grating.import_height_map(filepath=str(tmp_path / "large.png"), size_um=55, height_nm=100)
     addon.previewing_levelling.shown(active())
     addon.previewing_levelling.refresh()
-    assert "Preview of 1 pixel in 2 along x and y; the bake uses all" in drawn(addon).noted("NONE")
+    assert "The preview shows 1 pixel in 2 along x and y. The bake uses all pixels" in drawn(addon).noted("NONE")

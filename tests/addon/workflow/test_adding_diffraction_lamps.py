@@ -30,7 +30,7 @@ def axes(thing) -> np.ndarray:
 
 def test_it_says_what_it_did(carrier, capfd):
     out = reports(bpy.ops.grating.add_diffraction_lamp, capfd)
-    assert "Diffraction Lamp: on Plane, sends what Sun lights there; seen in Cycles" in out
+    assert "Diffraction Lamp: on Plane, throws the colours of Sun; only Cycles shows them" in out
     assert "Warning" not in out
 
 
@@ -106,11 +106,11 @@ def test_the_lamp_that_lights_it(scene, carrier, addon, capfd):
     data = bpy.data.lights.new("Weak", "POINT")
     scene.collection.objects.link(bpy.data.objects.new("Weak", data))
     out = reports(lambda: bpy.ops.grating.add_diffraction_lamp(lamp="Weak"), capfd)
-    assert "sends what Weak lights there" in out
+    assert "throws the colours of Weak" in out
     scene.objects["Sun"].data.energy = 1e-3
     bpy.data.lights["Weak"].type = "SUN"
     out = reports(bpy.ops.grating.add_diffraction_lamp, capfd)
-    assert f"sends what {addon.follow.followed_lamps(scene)[0].name} lights there" in out
+    assert f"throws the colours of {addon.follow.followed_lamps(scene)[0].name}" in out
     with pytest.raises(RuntimeError, match="Moon: no lamp of the scene; there are Sun, Weak"):
         bpy.ops.grating.add_diffraction_lamp(lamp="Moon")
     with pytest.raises(RuntimeError, match="Diffraction Lamp: no lamp of the scene"):
@@ -193,7 +193,7 @@ def test_command(addon, scene, carrier, tmp_path, capfd):
     blend = tmp_path / "lamp.blend"
     line = ["diffraction-lamp", "--object", "Plane", "--near", "0.5", "-0.25", "3", "--size-mm", "4", "--lit-by", "Sun"]
     assert addon.commands.execute([*line, "--save", str(blend)]) == 0
-    assert "sends what Sun lights there" in capfd.readouterr().out
+    assert "throws the colours of Sun" in capfd.readouterr().out
     assert blend.is_file()
     np.testing.assert_allclose(added().matrix_world.translation, (0.5, -0.25, 2e-4), atol=1e-6)
 

@@ -313,7 +313,7 @@ def test_faults_of_the_verb_are_one_line(assigned, addon, tmp_path, capfd, line,
 
 def test_a_bake_for_one_scene_is_told_of(assigned, addon, add, capfd):
     addon.response.response_in(assigned.group).group["ng_region"] = [-1.0, 1.0, -1.0, 1.0, 0.5, 2.0]
-    assert "baked for one scene's directions; press Bake for This Scene again" in reports(lambda: add("CRYSTAL"), capfd)
+    assert "so parts may be black; press Bake for This Scene again" in reports(lambda: add("CRYSTAL"), capfd)
 
 
 def test_a_method_without_a_period_scale_is_told_of(assigned, addon, add, capfd):

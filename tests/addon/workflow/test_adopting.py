@@ -50,7 +50,7 @@ def test_an_appended_material_becomes_a_grating(file, addon, capfd):
     bring(file)
     layout = drawn(addon)
     assert "Not in the list: Diffraction waves" in layout.noted("INFO") and "grating.adopt" in layout.operators
-    assert "Diffraction waves: is the grating waves" in reports(bpy.ops.grating.adopt, capfd)
+    assert "Diffraction waves: is now the grating waves" in reports(bpy.ops.grating.adopt, capfd)
     (made,) = gratings()
     shown = made.lights, made.shadows, made.footprint, made.frame_kind, made.frame_axis
     assert shown == ("LAMPS", False, False, "AXIS", "Y")
@@ -164,7 +164,7 @@ def add_sample(capfd):
 def test_a_sample_that_is_in_the_list_is_selected(scene, capfd):
     add_sample(capfd)
     bpy.ops.grating.import_height_map(filepath="sample:cd")
-    assert "Flat: selected, as it is in the list already" in add_sample(capfd)
+    assert "Flat: it is in the list already, and now selected" in add_sample(capfd)
     assert [each.name for each in gratings()] == ["Flat", "CD"]
     assert scene.natural_gratings.active_index == 0
 

@@ -150,7 +150,7 @@ def test_assign_says_which_slot_it_replaced(scene, grating, addon, capfd):
     for name in names:
         plane.data.materials.append(paint(name, addon))
     said = reports(bpy.ops.grating.assign, capfd)
-    assert "slot 1 of 3 (Skin) was replaced; Add to Materials serves all slots" in said
+    assert "slot 1 of 3 (Skin) was replaced; Add to Materials changes all slots" in said
     assert [slot.material.name for slot in plane.material_slots] == ["Diffraction waves", "Belly", "Eye"]
     assert "was replaced" not in reports(bpy.ops.grating.assign, capfd)
 
@@ -249,7 +249,7 @@ def test_an_override_takes_the_material_and_gives_it_back(scene, grating, addon,
 def test_a_linked_mesh_without_a_slot_is_one_line(scene, grating, addon, library):
     override = link(scene, library, "Bare").override_create(remap_local_usages=True)
     select(override)
-    with pytest.raises(RuntimeError, match="Bare: its mesh Bare is another file's and has no material slot"):
+    with pytest.raises(RuntimeError, match="Bare: its mesh Bare is linked from another file and has no material slot"):
         bpy.ops.grating.assign()
 
 
@@ -281,11 +281,11 @@ def test_what_is_no_mesh_is_named_with_the_remedy(scene, grating, addon, capfd, 
         getattr(getattr(bpy.ops, room), name)()
         thing = bpy.context.object
     select(plane, thing)
-    assert f"{thing.name}: a {word} carries no grating; use Object > Convert > Mesh" in reports(
+    assert f"{thing.name}: a {word} cannot show a grating; use Object > Convert > Mesh" in reports(
         bpy.ops.grating.assign, capfd
     )
     select(thing)
-    with pytest.raises(RuntimeError, match=f"a {word} carries no grating"):
+    with pytest.raises(RuntimeError, match=f"a {word} cannot show a grating"):
         bpy.ops.grating.assign()
 
 

@@ -86,7 +86,7 @@ def test_two_bakes_of_one_name_have_two_names(scene, baked, tmp_path):
 
 def test_a_sample_set_alone_is_refused(scene, baked, tmp_path):
     alone = shutil.copy(path_beside(baked), tmp_path / "waves.lobes.exr")
-    with pytest.raises(RuntimeError, match="waves.lobes.exr: a part of a bake, whose other .exr is not beside it"):
+    with pytest.raises(RuntimeError, match="waves.lobes.exr: half of a bake: its other .exr is not beside it"):
         load(alone)
     assert not scene.natural_gratings.items
 

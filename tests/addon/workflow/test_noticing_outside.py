@@ -63,7 +63,7 @@ def test_a_camera_that_was_turned_is_noticed(scene, narrowed, addon):
     assert addon.noticing_outside.notice_outside(scene) == [] == addon.baked_region.noticed_outside(scene)
     turn_camera(scene)
     (line,) = addon.noticing_outside.notice_outside(scene)
-    assert line.startswith("Plane: 100% of its light is outside of what its grating was baked for, and black (u up to ")
+    assert line.startswith("Plane: 100% of its light is black, because its grating was baked for another camera or ")
     assert line.endswith("press Bake for This Scene again")
     # sin 40 + sin 20 is 0.98; the plane is 2 m wide, 10 m away.
     reached = float(line.split("u up to ")[1].split(",")[0])
@@ -81,7 +81,7 @@ def test_it_is_told_at_assign_at_save_and_before_a_render(scene, narrowed, tmp_p
     def told(action):
         capfd.readouterr()
         assert action() == {"FINISHED"}
-        return "".join(capfd.readouterr()).count("outside of what its grating was baked for")
+        return "".join(capfd.readouterr()).count("its grating was baked for another camera")
 
     def save():
         return bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"), copy=True)

@@ -48,7 +48,7 @@ def test_it_is_made_anew_when_the_file_is_opened(addon, group, saved, capfd):
     ]
     addon.handlers.HANDLERS["load_post"]()
     assert kinds(group) == before and addon.lost_parts.lost([group]) == []
-    assert "Diffraction waves: shadows made anew" in capfd.readouterr().err
+    assert "Diffraction waves: shadows rebuilt" in capfd.readouterr().err
     addon.handlers.HANDLERS["load_post"]()
     assert capfd.readouterr().err == "", "it was not made again"
 

@@ -74,7 +74,7 @@ def test_a_mesh_without_the_attribute_is_told_of(scene, others, capfd):
     ({"second": "waves"}, "waves: waves is named twice; choose another grating"),
     ({"second": "second", "third": "second"}, "waves: second is named twice"),
     ({"second": "fourth"}, "fourth: no such grating in the scene; there are waves, second, third"),
-    ({"second": "second", "second_share": 0.7, "third": "third", "third_share": 0.5}, "waves: the others have 120% of"),
+    ({"second": "second", "second_share": 0.7, "third": "third", "third_share": 0.5}, "waves: the others cover 120%"),
     ({"second": "second", "pattern": "ATTRIBUTE", "attribute": ""}, "waves: its Pattern needs an Attribute"),
 ])  # fmt: skip
 def test_what_is_wrong_is_told_and_nothing_changes(scene, others, addon, choice, told):

@@ -225,17 +225,18 @@ def temporary(tmp_path, monkeypatch):
     return tmp_path
 
 
-@pytest.mark.parametrize("code, told", [("exit('no such node')", "no such node"), ("exit(3)", "no word")])
+@pytest.mark.parametrize("code, told", [("exit('no such node')", "no such node"), ("exit(3)", "no message")])
 def test_a_second_blender_that_fails_is_told(addon, scene, hdri, monkeypatch, temporary, code, told):
-    monkeypatch.setattr(addon.world_probe, "_blender", lambda: [sys.executable, "-c", code])
+    monkeypatch.setattr(addon.world_probe, "background_blender", lambda *_: [sys.executable, "-c", code])
     before = everything()
-    with pytest.raises(Exception, match=rf"^world tested.*: not rendered \({told}\); look at its nodes"):
+    with pytest.raises(Exception, match=rf"^world tested.*: not rendered \({told}\); check its nodes"):
         addon.world_probe.fit_of(hdri[0], scene, 8)
     assert everything() == before and not list(temporary.iterdir())
 
 
 def test_a_probe_can_be_polled_and_cancelled(addon, scene, hdri, monkeypatch, temporary):
-    monkeypatch.setattr(addon.world_probe, "_blender", lambda: [sys.executable, "-c", "import time; time.sleep(60)"])
+    sleeper = [sys.executable, "-c", "import time; time.sleep(60)"]
+    monkeypatch.setattr(addon.world_probe, "background_blender", lambda *_: sleeper)
     probe = addon.world_probe.Probe(hdri[0], scene, 8)
     assert probe.running and list(temporary.iterdir())
     probe.cancel()
@@ -243,7 +244,8 @@ def test_a_probe_can_be_polled_and_cancelled(addon, scene, hdri, monkeypatch, te
 
 
 def test_one_that_takes_beyond_reason_is_ended(addon, scene, hdri, monkeypatch, temporary):
-    monkeypatch.setattr(addon.world_probe, "_blender", lambda: [sys.executable, "-c", "import time; time.sleep(60)"])
+    sleeper = [sys.executable, "-c", "import time; time.sleep(60)"]
+    monkeypatch.setattr(addon.world_probe, "background_blender", lambda *_: sleeper)
     monkeypatch.setattr(addon.world_probe, "_LONGEST_SECONDS", 0.2)
     with pytest.raises(Exception, match="not rendered within 0.2 s; use smaller pictures"):
         addon.world_probe.fit_of(hdri[0], scene, 8)
