@@ -3,8 +3,7 @@
 window and event simulation: `--python walk_in_blender.py -- FOLDER SCREEN`.
 
 The panel's buttons are pressed with the mouse, undo and redo with the keyboard. Each station asserts its result, and
-adds a picture of the window and a line to FOLDER/walk.md. SCREEN is the screen's picture file (display.py). Errors are
-in the exit status and the output."""
+adds a picture of the window and a line to FOLDER/walk.md. SCREEN is the screen's picture file (display.py)."""
 
 import importlib
 import sys
@@ -32,8 +31,7 @@ from devtools.hands import window as first_window
 FOLDER, SCREEN = (Path(argument) for argument in sys.argv[sys.argv.index("--") + 1 :])
 EXTENSION = "bl_ext.user_default.natural_gratings.addon"
 SECOND = 1.0
-# Time for the viewport's samples where two processors are shared.
-RENDERED = 3.0
+RENDERED = 3.0  # for the viewport's samples, on two shared processors
 _stations: list[str] = []
 
 
@@ -93,8 +91,8 @@ def set_up() -> Steps:
     next(a for a in first_window().screen.areas if a.type == "PROPERTIES").type = "INFO"
     yield from show_sidebar()
     bpy.context.preferences.view.smooth_view = 0
-    for fold in ("look_done", "look_later", "light_done"):  # so that every button of these steps is on the screen
-        setattr(bpy.context.window_manager.natural_gratings_folds, fold, True)
+    folds = bpy.context.window_manager.natural_gratings_folds
+    folds.look_done = folds.look_later = folds.light_done = True  # so that their buttons are on the screen
     with bpy.context.temp_override(window=first_window(), area=area, region=view()[1]):
         bpy.ops.view3d.view_center_camera()
     yield SECOND
@@ -148,12 +146,12 @@ def bake(delta_e: float, name: str, text: str) -> Steps:
     grating().delta_e = delta_e
     bpy.ops.ed.undo_push(message="colour error")
     yield from press_button("bpy.ops.grating.bake")
-    told, shot = [], not name
+    told = []
     while operator.job is not None:
         told.append(operator.job.progress()[1])
-        if not shot and told[-1] > 0.3:
-            shot = True
+        if name and told[-1] > 0.3:
             picture(name, text)
+            name = ""
         yield 0.2
     yield SECOND
     assert told == sorted(told), f"the bar went back: {told}"

@@ -95,15 +95,10 @@ _LEFT = 2048
 _REMEDY = "use fewer lamps, or fewer gratings in its Variation"
 _BASE = Socket("Base", "Shader", "The material under the relief")
 _BASE_BLEND = Socket(
-    "Base Blend", "Float", "Mixes the material under the relief in. 0: the diffraction lies on it as a clear coat. "
-    "0.1: the mix of the thesis. 1: the diffraction is hidden", 0.0, 0.0, 1.0, "FACTOR",
-)  # fmt: skip
-_STRENGTH = Socket(
-    "Strength", "Float", "Multiplies the diffraction's brightness. 1: as bright as the real surface", 1.0, 0.0, 1000.0
+    "Base Blend", "Float", "0: a clear coat over the base. 0.1: the thesis's mix. 1: no coat", 0.0, 0.0, 1.0, "FACTOR"
 )
-_ROTATION = Socket(
-    "Rotation", "Float", "Turns the scan, and with it the colours, about the surface's normal", 0.0, -1e3, 1e3, "ANGLE"
-)
+_STRENGTH = Socket("Strength", "Float", "Multiplies the brightness. 1: as the real surface", 1.0, 0.0, 1000.0)
+_ROTATION = Socket("Rotation", "Float", "Turns the scan about the normal, and its colours", 0.0, -1e3, 1e3, "ANGLE")
 _NORMAL = Socket("Normal", "Vector", "Shading normal; the surface's own if nothing is linked")
 _TANGENT = Socket(
     "Tangent", "Vector", "Direction of the scan's x axis (left to right); the grating's own if nothing is linked"
