@@ -15,7 +15,7 @@ from ..materials.skin import crowded
 from .cause import Button, Cause, listed, mend
 from .subject import Subject
 
-_BAKE = Button("grating.bake", "Bake Grating", follows=True)
+_BAKE = Button("grating.bake", "Bake Grating", invoked=True)
 
 
 def before_assigning(scene: bpy.types.Scene) -> Cause:

@@ -21,12 +21,13 @@ class Button:
     operator    its identifier
     text        what it does, in a few words
     properties  values of its properties
-    follows     whether it must start in the foreground, because it then works in the background"""
+    invoked     whether it is called as by a click: a bake then works in the background, and a light rig serves the view
+                that the artist looks through"""
 
     operator: str
     text: str
     properties: Mapping[str, Any] = field(default_factory=dict)
-    follows: bool = False
+    invoked: bool = False
 
 
 @dataclass(frozen=True)
@@ -49,8 +50,8 @@ def mend(action: str, text: str) -> Button:
 
 
 def light_button() -> Button:
-    """The button that lights the grating so that its colours reach the camera."""
-    return Button("grating.light_rig", "Place a Light Rig", {"kind": "SUN"})
+    """The button that lights the grating so that its colours reach the viewer."""
+    return Button("grating.light_rig", "Place a Light Rig", {"kind": "SUN"}, invoked=True)
 
 
 def listed(things: Iterable[bpy.types.ID]) -> str:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Checks of what the camera, or the 3D view where there is none, sees of the grating."""
+"""Checks of what the 3D view, or the camera where the artist looks through it, sees of the grating."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -54,16 +54,15 @@ class Seen:
 
 
 def seen(subject: Subject, depsgraph: bpy.types.Depsgraph, view: ViewPixels | None) -> Seen | None:
-    """Look through the scene's camera or, without one, through a 3D view. None without both."""
-    camera = camera_pixels(subject.scene, depsgraph)
-    pixels = camera or view
+    """Look through a 3D view or, without one, through the scene's camera. None without both."""
+    pixels = view or camera_pixels(subject.scene, depsgraph)
     if pixels is None:
         return None
     found = look_through(pixels, subject.scene, depsgraph, rays=_RAYS)
     places = [each for each in found.places if each.node.node_tree == subject.group and len(each.rays)]
     table = table_of(subject.grating)
     light = light_at(subject.scene, places, table) if places and table is not None else None
-    return Seen("the camera" if camera else "the 3D view", places, table, light, found, pixels)
+    return Seen("the 3D view" if view else "the camera", places, table, light, found, pixels)
 
 
 def unseen(subject: Subject, look: Seen) -> Iterator[Cause]:
@@ -146,7 +145,7 @@ def outside_bake(subject: Subject, look: Seen) -> Iterator[Cause]:
             f"{outside:.0%} of the light that {look.by} sees on {listed(look.things)} is black: "
             f"{subject.grating.name} was baked for another camera or other lamps."
         )
-        again = Button("grating.needs", "Bake Every Direction", {"everything": True}, follows=True)
+        again = Button("grating.needs", "Bake Every Direction", {"everything": True}, invoked=True)
         yield Cause("OUTSIDE", told, again if subject.grating.source else None)
 
 

@@ -110,7 +110,7 @@ def _draw_button(layout, button) -> None:
     row = layout.row()
     row.emboss = "NORMAL"  # a menu's entries do not look like buttons
     # Bakes work in the background only if they are invoked. Other operators would ask for what is given here.
-    row.operator_context = "INVOKE_DEFAULT" if button.follows else "EXEC_DEFAULT"
+    row.operator_context = "INVOKE_DEFAULT" if button.invoked else "EXEC_DEFAULT"
     pressed = row.operator(button.operator, text=button.text)
     for name, value in button.properties.items():
         setattr(pressed, name, value)

@@ -35,7 +35,7 @@ class Findings:
 
 def find_causes(context: bpy.types.Context) -> list[Cause]:
     """Why the active grating shows no colours in the context's scene: causes, the most decisive first, then warnings.
-    It looks through the scene's camera or, without one, through the 3D view. Nothing is changed."""
+    It looks through the 3D view, or through the camera if the view does. Nothing is changed."""
     return findings(context).causes
 
 
@@ -101,11 +101,14 @@ def views_of(context: bpy.types.Context) -> list[bpy.types.SpaceView3D]:
 
 
 def _view_pixels(context: bpy.types.Context) -> ViewPixels | None:
-    """The pixels of the largest 3D view on the context's screen, or None."""
+    """The pixels of the 3D view that the artist looks at: that of the context, else the largest on the screen. None if
+    it looks through the camera, or without a view."""
     areas = [area for area in context.screen.areas if area.type == "VIEW_3D"] if views_of(context) else []
     if not areas:
         return None
-    area = max(areas, key=lambda each: each.width * each.height)
+    area = max(areas, key=lambda each: (each == context.area, each.width * each.height))
     view: Any = area.spaces.active
+    if view.region_3d.view_perspective == "CAMERA":
+        return None
     region = next(each for each in area.regions if each.type == "WINDOW")
     return ViewPixels(view.region_3d, (max(region.width, 1), max(region.height, 1)))

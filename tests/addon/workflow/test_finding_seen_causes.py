@@ -88,14 +88,14 @@ def test_an_even_world_shows_no_colours_and_a_shining_object_may(addon, scene, c
 
 @pytest.fixture
 def window(addon, monkeypatch):
-    """Let the search look at the 3D views of the screen, as with a window."""
+    """Let the search look at the 3D view of the screen, as with a window. The view looks through the camera."""
     for module in (addon.finding_causes, addon.shown_things):
         monkeypatch.setattr(module, "has_window", lambda: True)
     (view,) = [area.spaces.active for area in bpy.context.screen.areas if area.type == "VIEW_3D"]
-    kept = view.shading.type
-    view.shading.type = "MATERIAL"
+    kept = view.shading.type, view.region_3d.view_perspective
+    view.shading.type, view.region_3d.view_perspective = "MATERIAL", "CAMERA"
     yield view
-    view.shading.type = kept
+    view.shading.type, view.region_3d.view_perspective = kept
 
 
 @pytest.mark.parametrize("shading", ["SOLID", "WIREFRAME"])
@@ -116,13 +116,22 @@ def test_a_lamp_hidden_by_its_eye(addon, colourful, window):  # noqa: F811
     assert kinds(addon) == []
 
 
-def test_the_3d_view_looks_where_there_is_no_camera(addon, scene, colourful, monkeypatch):  # noqa: F811
+def test_a_3d_view_looks_before_the_camera_and_without_one(addon, scene, colourful, monkeypatch):  # noqa: F811
     """A view like the camera's sees what the camera sees."""
     by_camera = addon.finding_causes.findings(bpy.context).summary
     view = addon.view_rays.ViewPixels(view_like(scene.camera), (160, 90))
     monkeypatch.setattr(addon.finding_causes, "_view_pixels", lambda context: view)
+    by_view = by_camera.replace("the camera", "the 3D view")
+    assert addon.finding_causes.findings(bpy.context).summary == by_view
     bpy.data.objects.remove(scene.camera)
-    assert addon.finding_causes.findings(bpy.context).summary == by_camera.replace("the camera", "the 3D view")
+    assert addon.finding_causes.findings(bpy.context).summary == by_view
+
+
+def test_a_view_that_looks_through_the_camera_is_the_camera(addon, colourful, window):  # noqa: F811
+    pixels = addon.finding_causes._view_pixels
+    assert pixels(bpy.context) is None
+    window.region_3d.view_perspective = "PERSP"
+    assert type(pixels(bpy.context)) is addon.view_rays.ViewPixels
 
 
 def test_a_camera_far_away_sees_the_colours_too(addon, scene, colourful):  # noqa: F811
