@@ -45,7 +45,8 @@ class PresetMenu(bpy.types.Menu):
     @guarded_draw
     def draw(self, context):
         self.layout.operator_context = "EXEC_DEFAULT"
-        self.layout.operator_enum(AddPreset.bl_idname, "preset")
+        for name, title, _, picture, _ in presets_with_pictures(None, context):
+            self.layout.operator(AddPreset.bl_idname, text=title, icon_value=picture).preset = name
 
 
 class SampleMenu(bpy.types.Menu):
@@ -59,6 +60,7 @@ class SampleMenu(bpy.types.Menu):
         from ...precompute.surface.samples.catalogue import SAMPLES, title_of
 
         self.layout.menu(PresetMenu.bl_idname, icon="PRESET")
+        self.layout.operator_menu_enum(ShowMe.bl_idname, "preset", icon="HIDE_OFF")
         self.layout.operator_context = "INVOKE_DEFAULT"
         self.layout.operator(AddGrating.bl_idname, text=f"{AddGrating.bl_label}...", icon="MOD_WAVE")
         self.layout.operator(LoadBake.bl_idname, text=f"{LoadBake.bl_label}...", icon="FILE_FOLDER")

@@ -81,12 +81,13 @@ def test_the_menu_lists_them(addon):
     drawn = []
 
     class Layout(SimpleNamespace):
-        def operator_enum(self, *given):
-            drawn.append((self.operator_context, *given))
+        def operator(self, name, text, icon_value):  # without a window there are no pictures
+            drawn.append((self.operator_context, name, text))
+            return SimpleNamespace()
 
-    panel = importlib.import_module(f"{EXTENSION}.addon.ui.panel")
-    panel.PresetMenu.draw(SimpleNamespace(layout=Layout()), None)
-    assert drawn == [("EXEC_DEFAULT", "grating.add_preset", "preset")]
+    addon.panel.PresetMenu.draw(SimpleNamespace(layout=Layout()), None)
+    titles = [read_preset(name).title for name in preset_names()]
+    assert sorted(drawn) == sorted(("EXEC_DEFAULT", "grating.add_preset", title) for title in titles)
 
 
 def test_the_inputs_of_presets_are_those_of_the_node(addon):
