@@ -10,6 +10,7 @@ from ..operators.assign import AssignToSelected
 from ..operators.choose_direction import ChooseDirection
 from ..operators.comb_grating import CombGrating
 from ..operators.new_material import NewDiffractionMaterial
+from ..operators.paint_input import INPUTS, PaintInput, UnpaintInput
 from ..operators.remove_diffraction import RemoveDiffraction
 from ..operators.vary_grating import VaryGrating
 from .facts import GratingFacts
@@ -22,6 +23,8 @@ _DIALS = (
     ("Rotation", "Rotation"),
     ("IOR", "IOR"),
 )
+
+_PAINTED = {name for name, _, _ in INPUTS}
 
 
 def draw_look(layout, context, grating, *, facts: GratingFacts) -> None:
@@ -68,15 +71,24 @@ def _shown_node(context, grating):
 
 
 def _draw_dials(layout, node, *, is_dielectric: bool) -> None:
+    from ..materials.holograms.hologram_nodes import input_set_by_artist
+    from ..materials.painted_inputs import paint_of
+
     column = layout.column(align=True)
     for name, word in _DIALS:
-        socket = node.inputs.get(name)
-        if socket is None or (name == "IOR" and not is_dielectric):  # a baked matter ignores the node's IOR
+        if name not in node.inputs or (name == "IOR" and not is_dielectric):  # a baked matter ignores the node's IOR
             continue
+        socket = input_set_by_artist(node, name)
+        row = column.row(align=True)
+        painted = paint_of(socket) is not None
         if socket.is_linked:
-            column.label(text=f"{word}: by nodes", icon="NODETREE")
+            row.label(text=f"{word}: {'painted' if painted else 'by nodes'}", icon="NODETREE")
         else:
-            column.prop(socket, "default_value", text=word)
+            row.prop(socket, "default_value", text=word)
+        if name in _PAINTED and (painted or not socket.is_linked):
+            row.operator(PaintInput.bl_idname, text="", icon="BRUSH_DATA").input = name
+        if painted:
+            row.operator(UnpaintInput.bl_idname, text="", icon="X").input = name
 
 
 def _draw_choices(layout, grating, facts: GratingFacts) -> None:

@@ -135,6 +135,8 @@ BUTTONS: dict[str, tuple[int, Callable[[Hand], Arguments]]] = {
     "direction": (3, _direction),
     "vary": (4, _vary),
     "hologram": (4, lambda hand: {"pattern": hand.item("hologram", "pattern"), "filepath": str(hand.scan)}),
+    "paint": (2, lambda hand: {"input": hand.item("paint", "input"), "by": hand.item("paint", "by")}),
+    "unpaint": (2, _one("unpaint", "input")),
     "fit_world": (1, _none),
     "osl_reference": (3, _one("osl_reference", "method")),
     "show_direction": (1, _none),

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Paints the strength, the direction or the period of the grating on the active mesh."""
+
+import bpy
+from bpy.props import EnumProperty
+
+from ...precompute.base.failure import GratingError
+from .polls import has_active_mesh, has_bake
+from .reports import report_failure, report_lines
+
+INPUTS = (
+    ("Strength", "Strength", "Black: no diffraction. White: the strength of the material"),
+    ("Rotation", "Direction", "Grey: as it is. Black and white: turned by a quarter of a turn either way"),
+    ("Period Scale", "Hue by Period", "Grey: as it is. Black: 0.8 times the period. White: 1.25 times"),
+)
+_MODES = {"ATTRIBUTE": "VERTEX_PAINT", "TEXTURE": "TEXTURE_PAINT"}
+
+
+class PaintInput(bpy.types.Operator):
+    """Paint the strength, the direction or the hue of the grating on the active mesh, with Blender's brushes"""
+
+    bl_idname = "grating.paint"
+    bl_label = "Paint"
+    bl_options = {"REGISTER", "UNDO"}
+
+    input: EnumProperty(name="Paint", description="What is painted", items=INPUTS)
+    by: EnumProperty(
+        name="On",
+        description="Where the strokes are kept",
+        items=(
+            ("ATTRIBUTE", "Vertices", "A colour attribute: as fine as the mesh, and needs no UV map"),
+            ("TEXTURE", "Texture", "A texture of 1024 x 1024 pixels on the UV map that renders"),
+        ),
+    )
+
+    @classmethod
+    def poll(cls, context):
+        return has_bake(cls, context) and has_active_mesh(cls, context)
+
+    def invoke(self, context, event):
+        return context.window_manager.invoke_props_dialog(self)
+
+    def execute(self, context):
+        from ..blender.window import has_window
+        from ..workflow.painting_inputs import paint_input
+
+        try:
+            lines = paint_input(context.scene, context.active_object, self.input, self.by)
+        except GratingError as error:
+            return report_failure(self, error)
+        if has_window() and context.mode == "OBJECT":
+            bpy.ops.object.mode_set(mode=_MODES[self.by])  # type: ignore[arg-type]  # the stubs list the names
+        return report_lines(self, lines)
+
+
+class UnpaintInput(bpy.types.Operator):
+    """Give a painted input its number back. What was painted stays on the mesh or in the texture"""
+
+    bl_idname = "grating.unpaint"
+    bl_label = "Unpaint"
+    bl_options = {"REGISTER", "UNDO"}
+
+    input: EnumProperty(name="Painted", description="What is painted", items=INPUTS)
+
+    @classmethod
+    def poll(cls, context):
+        return has_bake(cls, context) and has_active_mesh(cls, context)
+
+    def execute(self, context):
+        from ..workflow.painting_inputs import unpaint_input
+
+        try:
+            return report_lines(self, unpaint_input(context.scene, context.active_object, self.input))
+        except GratingError as error:
+            return report_failure(self, error)
