@@ -4,6 +4,7 @@
 import bpy
 from bpy.props import EnumProperty, FloatProperty
 
+from ..blender.guard import guarded_draw
 from ..gratings.grating import active_grating
 from .polls import has_grating
 from .reports import report_added
@@ -47,6 +48,7 @@ class ShowPicture(bpy.types.Operator):
     def poll(cls, context):
         return has_grating(cls, context)
 
+    @guarded_draw
     def draw(self, context):
         self.layout.prop(self, "kind")
         if self.kind == "CHART":

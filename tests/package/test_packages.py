@@ -9,10 +9,11 @@ from pathlib import Path
 import pytest
 
 from devtools import ROOT, DevError, environments, packages
+from precompute.presets.presets import preset_names
 
 PLATFORMS = ("linux_x64", "windows_x64", "macos_arm64")
 SYSTEM_OF_WHEEL = {"linux_x64": "manylinux", "windows_x64": "win", "macos_arm64": "macosx"}
-TOP_LEVEL = {"__init__.py", "blender_manifest.toml", "LICENSE", "addon", "precompute", "wheels"}
+TOP_LEVEL = {"__init__.py", "blender_manifest.toml", "LICENSE", "addon", "drafts", "precompute", "wheels"}
 
 
 def names(package: Path) -> list[str]:
@@ -42,6 +43,7 @@ def test_zip_holds_the_extension_and_nothing_else(built, platform):
     held = names(built[platform])
     assert {name.partition("/")[0] for name in held} <= TOP_LEVEL
     assert {"__init__.py", "addon/__init__.py", "precompute/__init__.py", "LICENSE"} <= set(held)
+    assert {f"drafts/{preset}/draft.json" for preset in preset_names()} <= set(held)
     assert not [name for name in held if name.endswith(".pyc")]
 
 

@@ -59,6 +59,13 @@ def _add_preset(hand: Hand) -> Arguments:
     return {"preset": hand.random.choice(preset_names()), "assign": hand.random.random() < 0.6}
 
 
+def _load_bake(hand: Hand) -> Arguments:
+    import bpy
+
+    paths = [grating.bake_path for grating in bpy.context.scene.natural_gratings.items if grating.bake_path]
+    return {"filepath": hand.random.choice((*paths, str(hand.scan), "/nowhere.exr"))}
+
+
 def _vary(hand: Hand) -> Arguments:
     import bpy
 
@@ -111,6 +118,10 @@ BUTTONS: dict[str, tuple[int, Callable[[Hand], Arguments]]] = {
     "add_preset": (6, _add_preset),
     "show_me": (2, lambda hand: {"preset": hand.random.choice(_QUICK_SHOWS)}),
     "back_from_show": (1, _none),
+    "load_bake": (2, _load_bake),
+    "make_assets": (1, lambda hand: {"presets": "unknown"}),
+    "remove_assets": (1, lambda hand: {"directory": "/nowhere"}),
+    "show_picture": (2, _one("show_picture", "kind")),
     "remove": (2, _none),
     "add_step": (2, lambda hand: {"kind": hand.random.choice(list(KINDS))}),
     "remove_step": (2, _none),

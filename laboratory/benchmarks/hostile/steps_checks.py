@@ -31,6 +31,10 @@ class _Panel(Layout):
         """The header and the body of a sub-panel."""
         return self, None if default_closed and self._folded else self
 
+    def panel_prop(self, data: object, name: str) -> tuple[Layout, Layout | None]:
+        """The header and the body of a sub-panel whose property tells whether it is open."""
+        return self, self if getattr(data, name) or not self._folded else None
+
 
 def draw_panels(addon: SimpleNamespace) -> None:
     """Draw all panels and menus, folded and unfolded, and the lists of gratings and steps."""
