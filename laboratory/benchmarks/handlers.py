@@ -41,6 +41,11 @@ class Layout:
         """The header and the body of an open sub-panel."""
         return self, self
 
+    def panel_prop(self, data: object, name: str) -> tuple["Layout", "Layout"]:
+        """The header and the body of a sub-panel whose property tells whether it is open; drawn as open."""
+        getattr(data, name)
+        return self, self
+
 
 def main(argv: list[str] | None = None) -> int:
     """Print the table and return the exit status."""
@@ -133,7 +138,9 @@ def context_of(scene) -> SimpleNamespace:
     preferences = SimpleNamespace(system=SimpleNamespace(ui_scale=1.0))  # the scale is 0 in background mode
     return SimpleNamespace(
         scene=scene, region=SimpleNamespace(width=300), preferences=preferences, active_object=None,
-        view_layer=bpy.context.view_layer, evaluated_depsgraph_get=bpy.context.evaluated_depsgraph_get,
+        window_manager=bpy.context.window_manager, selected_objects=list(bpy.context.view_layer.objects.selected),
+        space_data=None, view_layer=bpy.context.view_layer,
+        evaluated_depsgraph_get=bpy.context.evaluated_depsgraph_get,
     )  # fmt: skip
 
 
