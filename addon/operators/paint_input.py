@@ -45,7 +45,7 @@ class PaintInput(bpy.types.Operator):
         from ..workflow.painting_inputs import paint_input
 
         try:
-            lines = paint_input(context.scene, context.active_object, self.input, self.by)
+            lines = paint_input(context.scene, context.active_object, self.input, by=self.by)
         except GratingError as error:
             return report_failure(self, error)
         if has_window() and context.mode == "OBJECT":

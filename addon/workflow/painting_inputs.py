@@ -18,7 +18,7 @@ _LOW, _HIGH = RANGES["Period Scale"]
 _CLEAN = {"Strength": 1.0, "Rotation": 0.5, "Period Scale": (1.0 - _LOW) / ((_HIGH or 1.0) - _LOW)}
 
 
-def paint_input(scene: bpy.types.Scene, thing: bpy.types.Object | None, name: str, by: str) -> list[str]:
+def paint_input(scene: bpy.types.Scene, thing: bpy.types.Object | None, name: str, *, by: str) -> list[str]:
     """Let a mask set an input of the material with the active grating on a mesh, by a colour attribute or a texture.
     All meshes with the material get the attribute. What is painted already stays. Returns lines to report. Raises
     GratingError, with nothing changed, if the mesh does not show the grating, is edited or cannot be changed, if other
