@@ -9,10 +9,11 @@ import numpy as np
 from ...precompute.base.failure import GratingError
 from ..gratings.grating import Grating
 from ..materials.group_properties import is_diffraction
+from ..materials.group_users import listed
 from ..materials.lost_parts import lost_of_nodes, lost_of_others, lost_of_own
 from ..materials.material import diffraction_nodes, empty_nodes, shows_diffraction
 from ..materials.skin import crowded
-from .cause import Button, Cause, listed, mend
+from .cause import Button, Cause, mend
 from .subject import Subject
 
 _BAKE = Button("grating.bake", "Bake Grating", invoked=True)

@@ -1,14 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A cause of missing colours, and the button that removes it."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-import bpy
-
-# The largest number of names in a sentence.
-_NAMES_MAX = 3
 # Causes beside which nothing is wrong with the scene, and all that leave colours in the picture.
 HARMLESS = {"DIRECTION_MAP", "CROWDED", "SAMPLES", "VIEW_TRANSFORM"}
 _WARNINGS = {"FEW_COLOURS", *HARMLESS}
@@ -52,11 +48,3 @@ def mend(action: str, text: str) -> Button:
 def light_button() -> Button:
     """The button that lights the grating so that its colours reach the viewer."""
     return Button("grating.light_rig", "Place a Light Rig", {"kind": "SUN"}, invoked=True)
-
-
-def listed(things: Iterable[bpy.types.ID]) -> str:
-    """The names of data-blocks: "Sun, Lamp and 3 more"."""
-    names = [thing.name for thing in things]
-    if len(names) > _NAMES_MAX:
-        names = [*names[: _NAMES_MAX - 1], f"{len(names) - _NAMES_MAX + 1} more"]
-    return " and ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))

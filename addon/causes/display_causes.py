@@ -7,7 +7,8 @@ import bpy
 
 from ..gratings.lights_choice import ALL
 from ..lamps.find import lamps_of
-from .cause import Cause, listed, mend
+from ..materials.group_users import listed
+from .cause import Cause, mend
 from .shown_things import hidden_by
 from .subject import Subject
 

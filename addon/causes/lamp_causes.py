@@ -11,8 +11,9 @@ from ..lamps.find import instanced_lamps, instances_are_not_followed, lamps_of
 from ..lamps.light_linking import receives
 from ..lamps.sky import source_count
 from ..lamps.strength import irradiances
+from ..materials.group_users import listed
 from ..materials.skin import answers_to_world
-from .cause import Cause, light_button, listed, mend
+from .cause import Cause, light_button, mend
 from .shown_things import hidden_by
 from .subject import Subject
 

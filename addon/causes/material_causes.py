@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 import bpy
 
+from ..materials.group_users import listed
 from ..materials.holograms.hologram_nodes import input_set_by_artist
 from ..materials.material import diffraction_nodes
 from ..materials.response import HEIGHT_SCALE, PERIOD_SCALE, ROUGHNESS
 from ..materials.skin import SETTABLE
-from .cause import Cause, listed, mend
+from .cause import Cause, mend
 from .subject import Subject
 
 # The period in a grating's summary (workflow/importing.py), in nanometres.

@@ -18,8 +18,9 @@ from ..cameras.view_rays import ViewPixels
 from ..gratings.baked_region import noted_region
 from ..lamps.find import lamps_of
 from ..materials.group_properties import traces_shadows
+from ..materials.group_users import listed
 from ..materials.response import response_in
-from .cause import Button, Cause, light_button, listed, mend
+from .cause import Button, Cause, light_button, mend
 from .lamp_causes import why_dark
 from .seen_light import SHARE_MIN, SeenLight, colour_range, light_at, sent_to, table_of
 from .subject import Subject

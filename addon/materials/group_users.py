@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which objects show a Diffraction group, and which groups in a scene belong to no grating of it."""
 
+from collections.abc import Iterable
 from collections.abc import Set as AbstractSet
 from pathlib import Path
 
@@ -63,11 +64,15 @@ def _corners(thing: bpy.types.Object) -> np.ndarray:
 
 def on_objects(objects: list[bpy.types.Object]) -> str:
     """One line that names objects: "On: Snake, Ball and 3 more"."""
-    names = [thing.name for thing in objects]
+    return f"On: {listed(objects)}" if objects else "On no object"
+
+
+def listed(things: Iterable[bpy.types.ID]) -> str:
+    """The names of data-blocks: "Sun, Lamp and 3 more"."""
+    names = [thing.name for thing in things]
     if len(names) > _NAMES_MAX:
         names = [*names[: _NAMES_MAX - 1], f"{len(names) - _NAMES_MAX + 1} more"]
-    listed = " and ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))
-    return f"On: {listed}" if names else "On no object"
+    return " and ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))
 
 
 def strays(scene: bpy.types.Scene) -> list[bpy.types.NodeTree]:

@@ -11,13 +11,14 @@ import bpy
 from ..blender.window import has_window
 from ..cameras.view_rays import ViewPixels
 from ..causes.bake_causes import before_assigning, lost_parts, unlinked
-from ..causes.cause import HARMLESS, Cause, listed
+from ..causes.cause import HARMLESS, Cause
 from ..causes.direction_causes import lacking_direction
 from ..causes.display_causes import dark_exposure, few_samples, greying_transform, hidden_objects, unshaded_view
 from ..causes.lamp_causes import dark_lamps, has_other_light
 from ..causes.material_causes import hiding_inputs, unsuited_period
 from ..causes.seen_causes import Seen, badly_lit, few_colours, outside_bake, seen, shaded, unseen
 from ..causes.subject import Subject, subject_of
+from ..materials.group_users import listed
 
 
 @dataclass(frozen=True)

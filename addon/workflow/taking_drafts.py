@@ -18,9 +18,10 @@ def take_draft(grating: Grating, preset: Preset) -> bool:
     """Set a grating to draft quality, and give it the preset's shipped draft. The files are copied into the cache, as
     another version of the extension may not have them. Returns whether there is a draft. Raises GratingError if the
     cache cannot be written."""
-    grating.take_request(draft_request(preset.request))
+    draft = draft_request(preset.request)
+    grating.take_request(draft)
     request = grating.bake_request()
-    facts = shipped_draft(preset.name, draft_request(preset.request))
+    facts = shipped_draft(preset.name, draft)
     if facts is None:
         return False
     folder = bakes_folder(asked(request))
