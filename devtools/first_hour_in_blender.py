@@ -14,7 +14,7 @@ import bpy
 
 sys.path.append(str(Path(__file__).resolve().parents[1]))
 
-from devtools.hands import LONG, Steps, play, press_button, press_in_view, screen_picture, view
+from devtools.hands import LONG, Steps, choose_file, play, press_button, press_in_view, screen_picture, view
 from devtools.hands import window as first_window
 
 FOLDER, SCREEN = (Path(argument) for argument in sys.argv[sys.argv.index("--") + 1 :])
@@ -121,6 +121,19 @@ def discs_and_foils() -> Steps:
     yield from put_on("silver_foil", "monkey", "a monkey without a UV map: the direction follows its Z axis", 4)
 
 
+def sticker() -> Steps:
+    """A sticker with an own picture on the default cube."""
+    yield from begin()
+    yield from press("bpy.ops.grating.add_sticker", across=0.8)
+    act()  # a double click on the file
+    yield from choose_file(FOLDER, "logo.png")
+    yield from press("bpy.ops.grating.light_rig")
+    yield RENDERED
+    assert [thing.name for thing in bpy.context.scene.objects if thing.parent] == ["Sticker"]
+    picture("sticker", "a sticker with an own picture on the default cube")
+    assert _acts - 2 <= 4, f"{_acts - 2} acts"
+
+
 def own_scan() -> Steps:
     """A picture of a scan is imported with its size, baked, assigned, shown and lit."""
     yield from begin()
@@ -153,7 +166,7 @@ def own_scan() -> Steps:
 def story() -> Steps:
     bpy.context.preferences.view.smooth_view = 0
     yield LONG
-    for station in (show_me, discs_and_foils, own_scan):
+    for station in (show_me, discs_and_foils, sticker, own_scan):
         yield from station()
 
 

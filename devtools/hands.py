@@ -96,6 +96,23 @@ def press_in_view(key: str, **modifiers: bool) -> Steps:
     yield LONG
 
 
+def file_dialog() -> bpy.types.Area:
+    """The file dialog that is open."""
+    return next(area for area in window().screen.areas if area.type == "FILE_BROWSER")
+
+
+def choose_file(folder: Path, name: str) -> Steps:
+    """Choose a file in the file dialog that is open, and confirm it."""
+    browser = file_dialog()
+    parameters = browser.spaces.active.params
+    parameters.directory, parameters.filename = str(folder).encode(), name
+    yield LONG
+    region = next(region for region in browser.regions if region.type == "WINDOW")
+    with bpy.context.temp_override(window=window(), area=browser, region=region):
+        bpy.ops.file.execute("INVOKE_DEFAULT")
+    yield LONG
+
+
 def click_object(name: str, at: tuple[float, float, float]) -> Steps:
     """Click an object in the 3D view, at the world position `at`."""
     area, region, _ = view()

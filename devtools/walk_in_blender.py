@@ -16,6 +16,8 @@ sys.path.append(str(Path(__file__).resolve().parents[1]))
 from devtools.hands import (
     LONG,
     Steps,
+    choose_file,
+    file_dialog,
     find_button,
     move,
     play,
@@ -125,16 +127,9 @@ def import_dialog() -> Steps:
     with bpy.context.temp_override(window=first_window(), area=view()[0], region=view()[1]):
         bpy.ops.grating.import_height_map("INVOKE_DEFAULT")
     yield LONG
-    browser = next(a for a in first_window().screen.areas if a.type == "FILE_BROWSER")
-    parameters = browser.spaces.active.params
-    assert parameters.filename == "", parameters.filename
+    assert file_dialog().spaces.active.params.filename == ""
     picture("import_dialog", "the import dialog begins without a file name")
-    parameters.directory, parameters.filename = str(FOLDER).encode(), "waves.png"
-    yield SECOND
-    region = next(r for r in browser.regions if r.type == "WINDOW")
-    with bpy.context.temp_override(window=first_window(), area=browser, region=region):
-        bpy.ops.file.execute("INVOKE_DEFAULT")
-    yield LONG
+    yield from choose_file(FOLDER, "waves.png")
     picture("no_size", "a picture without its size is refused: the message names the dialog's field, no flag")
     assert len(bpy.context.scene.natural_gratings.items) == 1
     yield from dismiss()

@@ -2,7 +2,8 @@
 """Writes the file for the walk: `--python walk_stage.py -- FOLDER`, in a Blender in background.
 
 stage.blend has a sun and a row of objects, each a case that artists' files contain. guest.blend holds an object that
-stage.blend links. waves.png is a scan that does not store its size."""
+stage.blend links. waves.png is a scan that does not store its size, and
+logo.png the picture of a sticker."""
 
 import sys
 from math import radians, sin
@@ -50,6 +51,10 @@ waves = bpy.data.images.new("waves", 64, 64)
 waves.pixels = [value for _ in range(64) for x in range(64) for value in (*[0.5 + 0.5 * sin(0.8 * x)] * 3, 1)]
 waves.filepath_raw, waves.file_format = str(FOLDER / "waves.png"), "PNG"
 waves.save()
+logo = bpy.data.images.new("logo", 64, 64)
+logo.pixels = [value for y in range(64) for x in range(64) for value in (x / 64, y / 64, 1 - x / 64, 1)]
+logo.filepath_raw, logo.file_format = str(FOLDER / "logo.png"), "PNG"
+logo.save()
 ball("Guest", 1, -1.2, material("Guest Paint", (0.1, 0.3, 0.1)))
 save("guest.blend")
 

@@ -18,6 +18,7 @@ VERBS = {
     "assign": ("assign_command", "put a bake's material on meshes and save the file"),
     "vary": ("vary_command", "vary a bake's material over the meshes with it and save the file"),
     "hologram": ("hologram_command", "give the gratings on meshes a hologram's pattern and save the file"),
+    "sticker": ("sticker_command", "stick a piece of foil with a grating on a mesh and save the file"),
     "light-rig": ("light_rig_command", "add lamps that bring out a grating's colours and save the file"),
     "needs": ("needs_command", "measure which part of a bake the scene needs, bake only that, and save the file"),
     "comb": ("comb_command", "store a smooth direction on meshes and save the file"),

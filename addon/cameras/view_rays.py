@@ -4,6 +4,7 @@
 import bpy
 import numpy as np
 
+from ...precompute.base.failure import GratingError
 from .camera_rays import Pixels
 
 # The height of a 3D view's picture in pixels, where only its shape matters.
@@ -28,3 +29,17 @@ class ViewPixels(Pixels):
         self._corner = np.array([*(shift - 1) / scale, -1.0])
         self._span = np.array([*2 / scale, 0.0])
         self.size = size or (max(1, round(_HIGH * scale[1] / scale[0])), _HIGH)
+
+
+def seen_from(
+    scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, view: bpy.types.RegionView3D | None, *, from_view: bool
+) -> Pixels:
+    """The picture of the scene's camera, or of a 3D view if asked or if there is no camera. Raises GratingError if
+    there is neither."""
+    if from_view and view is not None:
+        return ViewPixels(view)
+    if scene.camera is not None and scene.camera.type == "CAMERA":
+        return Pixels(scene, scene.camera.evaluated_get(depsgraph))
+    if view is None:
+        raise GratingError(f"scene {scene.name}", "no camera", "add one and make it the scene's camera")
+    return ViewPixels(view)

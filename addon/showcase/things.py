@@ -9,6 +9,7 @@ import numpy as np
 from ...precompute.mesh import shapes
 from ...precompute.presets.presets import SNAKES
 from ..blender import compat
+from ..blender.shape_mesh import mesh_of_shape
 from ..snakes.mesh import new_mesh
 from ..snakes.poses import posed_spine
 from ..snakes.shape import snake_shape
@@ -30,11 +31,11 @@ def add_thing(scene: bpy.types.Scene, shape: str, name: str) -> bpy.types.Object
     if shape in ("disc", "record"):
         return _add_disc(scene, name, is_record=shape == "record")
     if shape == "sheet":
-        sheet = _add(scene, name, _mesh_of(name, shapes.bent_sheet()))
+        sheet = _add(scene, name, mesh_of_shape(name, shapes.bent_sheet()))
         sheet.rotation_euler.x = radians(_SHEET_TILT_DEG)
         sheet.location.z = _SHEET_MIDDLE_M
         return sheet
-    return _add(scene, name, _mesh_of(name, shapes.ball()))
+    return _add(scene, name, mesh_of_shape(name, shapes.ball()))
 
 
 def add_floor(scene: bpy.types.Scene, colour: tuple[float, float, float], *, half_m: float = 6.0) -> None:
@@ -56,7 +57,7 @@ def _add_disc(scene: bpy.types.Scene, name: str, *, is_record: bool) -> bpy.type
     """The data area, and around it two plain rings: clear plastic, or a record's label and rim."""
 
     def ring(part: str, inner_m: float, outer_m: float) -> bpy.types.Object:
-        return _add(scene, part, _mesh_of(part, shapes.ring(inner_m, outer_m, _DISC_THICKNESS_M), smooth=False))
+        return _add(scene, part, mesh_of_shape(part, shapes.ring(inner_m, outer_m, _DISC_THICKNESS_M), smooth=False))
 
     written = ring(name, shapes.CLEAR_M, shapes.WRITTEN_M)
     looks = {"Hub": _PAPER if is_record else _CLEAR, "Rim": _VINYL if is_record else _CLEAR}
@@ -67,15 +68,6 @@ def _add_disc(scene: bpy.types.Scene, name: str, *, is_record: bool) -> bpy.type
     written.rotation_euler.x = radians(_DISC_TILT_DEG)
     written.location.z = shapes.RIM_M * np.sin(radians(_DISC_TILT_DEG))
     return written
-
-
-def _mesh_of(name: str, shape: shapes.Shape, *, smooth: bool = True) -> bpy.types.Mesh:
-    mesh = bpy.data.meshes.new(name)
-    mesh.from_pydata(shape.points.tolist(), [], shape.quads.tolist())
-    mesh.uv_layers.new(name="UVMap").uv.foreach_set("vector", shape.uv.astype(np.float32).ravel())
-    if smooth:
-        mesh.shade_smooth()
-    return mesh
 
 
 def _add(scene: bpy.types.Scene, name: str, mesh: bpy.types.Mesh) -> bpy.types.Object:

@@ -6,6 +6,7 @@ from ..gratings.direction_source import FRAMES, KINDS, STORED
 from ..gratings.matter_fields import LAYERS
 from ..operators.add_diffraction import AddDiffraction
 from ..operators.add_hologram import AddHologram
+from ..operators.add_sticker import AddSticker
 from ..operators.assign import AssignToSelected
 from ..operators.choose_direction import ChooseDirection
 from ..operators.comb_grating import CombGrating
@@ -41,8 +42,18 @@ def draw_look(layout, context, grating, *, facts: GratingFacts) -> None:
     row.operator(AddDiffraction.bl_idname, icon="ADD", text="Add")
     row.operator(RemoveDiffraction.bl_idname, icon="REMOVE", text="Remove")
     column.operator(NewDiffractionMaterial.bl_idname, icon="MATERIAL")
+    draw_stickers(column.row(align=True))
     if facts.objects:
         layout.label(text=facts.objects, icon="OBJECT_DATA")
+
+
+def draw_stickers(layout):
+    """Draw the button for a sticker with the pattern of its surface, and the one that asks for a picture. Returns their
+    properties."""
+    plain = layout.operator(AddSticker.bl_idname, text="Sticker", icon="MESH_PLANE")
+    from_picture = layout.operator(AddSticker.bl_idname, text="From Picture...", icon="IMAGE_DATA")
+    from_picture.from_picture = True
+    return plain, from_picture
 
 
 def _draw_matter(layout, grating) -> None:

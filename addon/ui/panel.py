@@ -23,7 +23,7 @@ from .asset_row import draw_assets
 from .facts import SceneFacts, facts_of
 from .folds import fold_of, folds
 from .light_part import draw_light, draw_warnings
-from .look_part import draw_look
+from .look_part import draw_look, draw_stickers
 from .next_step import DONE, LIGHT, LOOK, QUALITY, SURFACE, Next, next_step, state_of
 from .notes import draw_note
 from .preset_pictures import CHOSEN, presets_with_pictures
@@ -208,6 +208,10 @@ def _draw_start(layout, context) -> None:
         text = f"Put on {chosen[0].name}" if len(chosen) == 1 else f"Put on {len(chosen)} Meshes"
     button = column.operator(AddPreset.bl_idname, text=text, icon="BRUSH_DATA")
     button.preset, button.assign = chosen_preset, bool(chosen)
+    row = layout.row(align=True)
+    for button in draw_stickers(row):
+        if manager.is_property_set(CHOSEN):  # until then, a sticker is a hologram, as the first picture is a snake's
+            button.preset = chosen_preset
     row = layout.row(align=True)
     row.operator(ImportHeightMap.bl_idname, text="Import Scan...", icon="IMPORT")
     row.menu(SampleMenu.bl_idname, text="", icon="DOWNARROW_HLT")

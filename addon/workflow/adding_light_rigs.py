@@ -17,7 +17,7 @@ from ...precompute.table.table import Table
 from ..cameras.camera_look import skin_of
 from ..cameras.camera_rays import Pixels
 from ..cameras.seen_surfaces import Places, boxes_with_gratings, rays_that_hit, seen_by
-from ..cameras.view_rays import ViewPixels
+from ..cameras.view_rays import seen_from
 from ..lamps.light_rig import POINTS, STUDIO, SUN, WINDOW, RigLamp, replace_rig
 from ..materials.group_properties import variation_of
 from ..materials.group_users import on_objects
@@ -85,7 +85,7 @@ def add_light_rig(
     view if asked by `from_view` or if the scene has no camera. Returns lines to report. Raises GratingError, with
     nothing changed, if there is neither, if the objects show no grating, if a bake is lost, or if no light shows
     colours."""
-    pixels = _pixels(scene, depsgraph, view, from_view=from_view)
+    pixels = seen_from(scene, depsgraph, view, from_view=from_view)
     if not objects:
         raise GratingError(f"scene {scene.name}", "no object shows a grating", "press Assign to Selected")
     lit = _lit(scene, depsgraph, pixels, objects=objects)
@@ -111,20 +111,6 @@ def carriers(scene: bpy.types.Scene, active: bpy.types.Object | None) -> list[bp
     if active is not None and shows_grating(active):
         return [active]
     return [thing for thing in scene.objects if shows_grating(thing)]
-
-
-def _pixels(
-    scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, view: bpy.types.RegionView3D | None, *, from_view: bool
-) -> Pixels:
-    """The picture of the scene's camera, or of a 3D view if asked or if there is no camera. Raises GratingError if
-    there is neither."""
-    if from_view and view is not None:
-        return ViewPixels(view)
-    if scene.camera is not None and scene.camera.type == "CAMERA":
-        return Pixels(scene, scene.camera.evaluated_get(depsgraph))
-    if view is None:
-        raise GratingError(f"scene {scene.name}", "no camera", "add one and make it the scene's camera")
-    return ViewPixels(view)
 
 
 def _lit(

@@ -6,6 +6,7 @@ import numpy as np
 from mathutils import Matrix
 
 from ...precompute.base.failure import GratingError
+from ..blender.new_objects import add_object, refuse_hidden, select_only
 from ..snakes.mesh import add_bones, new_mesh
 from ..snakes.poses import posed_spine
 from ..snakes.shape import snake_shape
@@ -26,13 +27,14 @@ def add_snake(
     Raises GratingError, with nothing added, if a value is out of range, or if there is no active curve to follow."""
     if not 0.01 <= length_m <= 100:
         raise GratingError("snake", f"a length of {length_m:g} m", "give 0.01 to 100")
-    _refuse_hidden(context)
+    refuse_hidden(context)
     along_curve = pose == ALONG_CURVE
     spine = spine_along(_curve_points(context)) if along_curve else posed_spine(pose, length_m)
     shape = snake_shape(spine, species, faces=faces, seed=seed)
     mesh = new_mesh("Snake", shape)
     give_skin(mesh, species)
-    snake = _add(context, mesh)
+    snake = add_object(context, mesh)
+    select_only(context, snake)
     if not along_curve:
         snake.matrix_world = _at_cursor(context)
     if bones:
@@ -47,29 +49,13 @@ def add_shed_skin(
     GratingError, with nothing added, if a value is out of range."""
     if not 1e-4 <= size_m <= 10:
         raise GratingError("shed skin", f"a side of {size_m * 1e3:g} mm", "give 0.1 to 10000")
-    _refuse_hidden(context)
+    refuse_hidden(context)
     mesh = new_mesh("Shed Skin", shed_shape(species, size=size_m, faces=faces, seed=seed))
     mesh.materials.append(new_shed())
-    shed = _add(context, mesh)
+    shed = add_object(context, mesh)
+    select_only(context, shed)
     shed.matrix_world = _at_cursor(context)
     return shed, [f"{shed.name}: {len(mesh.polygons):,} faces"]
-
-
-def _refuse_hidden(context: bpy.types.Context) -> None:
-    """Raise GratingError if the active collection is hidden: a new object in it could not be selected."""
-    if not context.layer_collection.is_visible:
-        raise GratingError(context.collection.name, "the active collection is hidden", "show it, or choose another")
-
-
-def _add(context: bpy.types.Context, mesh: bpy.types.Mesh) -> bpy.types.Object:
-    """A new object of a mesh, active and the only one selected."""
-    added = bpy.data.objects.new(mesh.name, mesh)
-    context.collection.objects.link(added)
-    for other in context.selected_objects:
-        other.select_set(False)
-    added.select_set(True)
-    context.view_layer.objects.active = added
-    return added
 
 
 def _at_cursor(context: bpy.types.Context) -> Matrix:

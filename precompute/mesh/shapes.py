@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shapes that show a grating from many angles: a disc's ring, a ball and a bent sheet. Lengths are in metres."""
+"""Shapes that carry a grating: a disc's ring, a ball, a bent sheet and a flat one. Lengths are in metres."""
 
 from math import radians
 from typing import NamedTuple
@@ -51,6 +51,13 @@ def bent_sheet(cells: int = _SHEET_CELLS) -> Shape:
     spans = [size / radians(bend) for size, bend in zip(SHEET_M, BENDS_DEG, strict=True)]
     drop = sum(span * (1 - np.cos(turn)) for span, turn in zip(spans, turns, strict=True))
     points = np.stack([*(span * np.sin(turn) for span, turn in zip(spans, turns, strict=True)), -drop], axis=-1)
+    return of_grid(points, np.stack([u, v], axis=-1))
+
+
+def flat_sheet(width: float, height: float, *, cells: int) -> Shape:
+    """A flat rectangle around the origin that faces z. U runs along x."""
+    u, v = np.meshgrid(np.linspace(0, 1, cells + 1), np.linspace(0, 1, cells + 1))
+    points = np.stack([width * (u - 0.5), height * (v - 0.5), np.zeros_like(u)], axis=-1)
     return of_grid(points, np.stack([u, v], axis=-1))
 
 

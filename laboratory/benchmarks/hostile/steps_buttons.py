@@ -98,6 +98,10 @@ def _snake(hand: Hand) -> Arguments:
     return held | {"faces": _FACES, "bones": hand.random.random() < 0.3}
 
 
+def _sticker(hand: Hand) -> Arguments:
+    return {"filepath": hand.random.choice(("", "", str(hand.scan), "/nowhere.png")), "size": hand.share(2.0)}
+
+
 def _map(hand: Hand) -> Arguments:
     return {"size": hand.random.choice((16, 64)), "read": hand.random.random() < 0.8}
 
@@ -140,6 +144,7 @@ BUTTONS: dict[str, tuple[int, Callable[[Hand], Arguments]]] = {
     "light_rig": (3, lambda hand: {"kind": hand.item("light_rig", "kind"), "softness": hand.random.choice((0.1, 1.0))}),
     "add_snake": (1, _snake),
     "add_shed_skin": (1, lambda hand: {"species": hand.item("add_shed_skin", "species"), "faces": _FACES}),
+    "add_sticker": (2, _sticker),
     "lights": (3, _one("lights", "lights")),
     "choose_quality": (2, _one("choose_quality", "quality")),
     "comb": (3, _one("comb", "source")),

@@ -39,7 +39,8 @@ def following(addon, scene):
 def test_it_begins_with_a_picture_show_me_and_the_selected_mesh(scene, panel):
     layout = panel()
     assert layout.pictures == 1
-    begin = ["grating.show_me", "grating.add_preset", "grating.import_height_map", "grating.make_assets"]
+    stickers = ["grating.add_sticker"] * 2
+    begin = ["grating.show_me", "grating.add_preset", *stickers, "grating.import_height_map", "grating.make_assets"]
     assert layout.operators == begin
     assert "Corn Snake" in layout.labels
 

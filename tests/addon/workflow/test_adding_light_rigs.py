@@ -251,7 +251,7 @@ def test_a_view_stands_before_the_camera_only_if_asked(lit, addon):
     lens = scene.camera.calc_matrix_camera(depsgraph, x=160, y=90)
     view = SimpleNamespace(view_matrix=Matrix.Translation((0, 0, -10)), window_matrix=lens, view_perspective="PERSP")
     for asked, kind in ((True, addon.view_rays.ViewPixels), (False, addon.camera_rays.Pixels)):
-        assert type(addon.adding_light_rigs._pixels(scene, depsgraph, view, from_view=asked)) is kind
+        assert type(addon.view_rays.seen_from(scene, depsgraph, view, from_view=asked)) is kind
 
 
 @pytest.mark.parametrize(("perspective", "taken"), [("PERSP", "VIEW"), ("ORTHO", "VIEW"), ("CAMERA", "CAMERA")])

@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Adding objects to what an artist sees."""
+
+import bpy
+
+from ...precompute.base.failure import GratingError
+
+
+def refuse_hidden(context: bpy.types.Context) -> None:
+    """Raise GratingError if the active collection is hidden: a new object in it could not be selected."""
+    if not context.layer_collection.is_visible:
+        raise GratingError(context.collection.name, "the active collection is hidden", "show it, or choose another")
+
+
+def add_object(context: bpy.types.Context, mesh: bpy.types.Mesh) -> bpy.types.Object:
+    """A new object of a mesh in the active collection."""
+    added = bpy.data.objects.new(mesh.name, mesh)
+    context.collection.objects.link(added)
+    return added
+
+
+def select_only(context: bpy.types.Context, thing: bpy.types.Object) -> None:
+    """Make an object active and the only one selected."""
+    for other in context.selected_objects:
+        other.select_set(False)
+    thing.select_set(True)
+    context.view_layer.objects.active = thing

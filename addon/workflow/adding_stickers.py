@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Adding a sticker: a piece of foil with a grating that lies on a part of a mesh and follows its surface."""
+
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+from mathutils import Matrix, Vector
+
+from ...precompute.base.failure import GratingError
+from ...precompute.mesh import shapes
+from ..blender.new_objects import add_object, refuse_hidden, select_only
+from ..blender.shape_mesh import mesh_of_shape
+from ..cameras.camera_rays import Pixels
+from ..cameras.view_rays import seen_from
+from ..gratings.grating import active_grating
+from ..materials.group_users import shown_by
+from ..materials.holograms.hologram_picture import load_picture
+from ..materials.holograms.patterns import PICTURE
+from .adding_holograms import Hologram, add_hologram
+from .adding_presets import put_preset
+from .assigning import assign_to_meshes
+from .chosen_meshes import check_not_edited
+from .making_materials import make_material
+
+# The preset of a sticker in a scene without a grating.
+FIRST = "security_hologram"
+# The cells along each side. Enough to follow a bottle without facets.
+_CELLS = 64
+# The gap between a sticker and the surface, over its width: too small to see, and large enough that neither engine
+# mixes the two surfaces.
+_GAP = 0.002
+# Below this length on the surface, the picture's right is too near its normal to orient a sticker.
+_GRAZING = 0.1
+
+
+@dataclass(frozen=True)
+class Sticker:
+    """An artist's choice of a sticker.
+
+    preset    the preset that it is made of; empty for the active grating, or FIRST in a scene without one
+    picture   a picture whose hues are the directions of its pattern; empty for the grating's own pattern
+    size      its width over that of the target as seen, or less if it would be higher than the target
+    rotation  its turn on the surface in radians, counterclockwise"""
+
+    preset: str = ""
+    picture: str = ""
+    size: float = 0.5
+    rotation: float = 0.0
+
+
+@dataclass(frozen=True)
+class _Place:
+    """A place on a target: a matrix with the sticker's axes, without scale, and the target's extents along x and y."""
+
+    matrix: Matrix
+    extents: tuple[float, float]
+
+
+def add_sticker(
+    context: bpy.types.Context, target: bpy.types.Object, choice: Sticker, *, view: bpy.types.RegionView3D | None = None
+) -> list[str]:  # fmt: skip
+    """Put a sticker on a mesh, in the middle of what a 3D view shows of it, upright in the view; without a view, or if
+    the view looks through the camera, as the camera sees it. It becomes a child of the mesh, and the only selected
+    object. Returns lines to report. Raises GratingError, with nothing added, if the mesh is not seen or is in Edit
+    Mode, and as seen_from, load_picture, put_preset and assign_to_meshes do."""
+    check_not_edited(target)
+    refuse_hidden(context)
+    depsgraph = context.evaluated_depsgraph_get()
+    from_view = view is not None and view.view_perspective != "CAMERA"
+    place = _place(target.evaluated_get(depsgraph), seen_from(context.scene, depsgraph, view, from_view=from_view))
+    image = load_picture(choice.picture) if choice.picture else None
+    sticker = _stuck(context, target, place, choice=choice, aspect=image.size[1] / image.size[0] if image else 1.0)
+    try:
+        warnings = _covered(context.scene, sticker, choice)
+    except BaseException:
+        bpy.data.meshes.remove(sticker.data)
+        raise
+    select_only(context, sticker)
+    return [f"{sticker.name}: on {target.name}. Move it with G; it follows the surface", *warnings]
+
+
+def _place(target: bpy.types.Object, pixels: Pixels) -> _Place:
+    """The place in the middle of what a picture shows of an evaluated mesh."""
+    box = np.array(target.bound_box)
+    window = pixels.window_of([(box, target.matrix_world)])
+    unseen = GratingError(target.name, "the view does not show it", "turn the view to it")
+    if window is None or not target.data.polygons:
+        raise unseen
+    middle = (np.array(window.low) + window.high) / 2
+    origins, directions = pixels.rays(middle[None])
+    world, own = target.matrix_world, target.matrix_world.inverted_safe()
+    origin = own @ Vector(origins[0].tolist())
+    hit, at, normal, _ = target.ray_cast(origin, own.to_3x3() @ Vector(directions[0].tolist()))
+    if not hit:  # the middle of a ring, for instance
+        _, at, normal, _ = target.closest_point_on_mesh(origin)
+    if not pixels.in_frame(np.array(world @ at)[None])[0]:
+        raise unseen
+    axes = _upright(np.array(own.to_3x3().transposed() @ normal), directions[0], pixels)
+    points = np.empty((len(target.data.vertices), 3), np.float32)
+    target.data.vertices.foreach_get("co", points.ravel())
+    spans = np.ptp(points @ np.array(world)[:3, :3].T @ axes, axis=0)
+    matrix = Matrix.Translation(world @ at) @ Matrix(axes.tolist()).to_4x4()
+    return _Place(matrix, (float(spans[0]), float(spans[1])))
+
+
+def _upright(normal: np.ndarray, ray: np.ndarray, pixels: Pixels) -> np.ndarray:
+    """The axes (3, 3), as columns, of a sticker on a surface that a ray meets: z away from the surface towards the
+    viewer, x to the right in the picture."""
+    z = -np.sign(normal @ ray or -1.0) * normal / np.linalg.norm(normal)
+    x = pixels.right - z * (z @ pixels.right)
+    if np.linalg.norm(x) < _GRAZING:
+        x = np.cross(pixels.up, z)
+    x = x / np.linalg.norm(x)
+    return np.stack([x, np.cross(z, x), z], axis=1)
+
+
+def _stuck(
+    context: bpy.types.Context, target: bpy.types.Object, place: _Place, *, choice: Sticker, aspect: float
+) -> bpy.types.Object:  # fmt: skip
+    """A new sticker at a place, whose height is `aspect` times its width."""
+    width = choice.size * min(place.extents[0], place.extents[1] / aspect)
+    mesh = mesh_of_shape("Sticker", shapes.flat_sheet(width, width * aspect, cells=_CELLS))
+    sticker = add_object(context, mesh)
+    wrap = sticker.modifiers.new("Stick", "SHRINKWRAP")
+    wrap.target = target
+    wrap.wrap_method, wrap.wrap_mode = "PROJECT", "ABOVE_SURFACE"
+    wrap.use_project_z = wrap.use_negative_direction = wrap.use_positive_direction = True
+    # What the surface turns away from farther than this stays flat, as a stiff foil does.
+    wrap.project_limit = width
+    wrap.offset = _GAP * width
+    sticker.parent = target
+    sticker.matrix_parent_inverse = target.matrix_world.inverted_safe()
+    sticker.matrix_basis = place.matrix @ Matrix.Rotation(choice.rotation, 4, "Z")
+    return sticker
+
+
+def _covered(scene: bpy.types.Scene, sticker: bpy.types.Object, choice: Sticker) -> list[str]:
+    """Give a sticker its material. Returns warnings."""
+    preset = choice.preset or (FIRST if scene.natural_gratings.active() is None else "")
+    if preset:
+        _, _, *warnings = put_preset(scene, preset, [sticker])
+    else:
+        _, *warnings = assign_to_meshes(scene, [sticker])
+    if not choice.picture:
+        return warnings
+    grating = active_grating(scene)
+    if any(thing != sticker for thing in shown_by(grating.group)):  # the others keep their pattern
+        make_material(scene, grating)
+        assign_to_meshes(scene, [sticker])
+    _, *further = add_hologram(scene, [sticker], Hologram(PICTURE, picture=choice.picture))
+    return [*warnings, *further]
