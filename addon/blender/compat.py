@@ -5,6 +5,8 @@ import bpy
 
 # Whether materials have a Raycast node. It hits all objects in Cycles, and objects on screen in EEVEE.
 HAS_RAYCAST = bpy.app.version >= (5, 1, 0)
+# Whether EEVEE's Attribute node reads vertex groups. In 4.5 it gives 0, in 5.2 the weights. Others were not tried.
+EEVEE_READS_VERTEX_GROUPS = bpy.app.version >= (5, 2, 0)
 
 
 def working_space() -> str:

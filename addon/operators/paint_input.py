@@ -2,9 +2,10 @@
 """Paints the strength, the direction or the period of the grating on the active mesh."""
 
 import bpy
-from bpy.props import EnumProperty
+from bpy.props import EnumProperty, StringProperty
 
 from ...precompute.base.failure import GratingError
+from ..blender.guard import guarded_draw
 from .polls import has_active_mesh, has_bake
 from .reports import report_failure, report_lines
 
@@ -13,7 +14,7 @@ INPUTS = (
     ("Rotation", "Direction", "Grey: as it is. Black and white: turned by a quarter of a turn either way"),
     ("Period Scale", "Hue by Period", "Grey: as it is. Black: 0.8 times the period. White: 1.25 times"),
 )
-_MODES = {"ATTRIBUTE": "VERTEX_PAINT", "TEXTURE": "TEXTURE_PAINT"}
+_MODES = {"ATTRIBUTE": "VERTEX_PAINT", "TEXTURE": "TEXTURE_PAINT", "GROUP": "WEIGHT_PAINT"}
 
 
 class PaintInput(bpy.types.Operator):
@@ -29,8 +30,15 @@ class PaintInput(bpy.types.Operator):
         description="Where the strokes are kept",
         items=(
             ("ATTRIBUTE", "Vertices", "A colour attribute: as fine as the mesh, and needs no UV map"),
-            ("TEXTURE", "Texture", "A texture of 1024 x 1024 pixels on the UV map that renders"),
+            ("TEXTURE", "Texture", "A texture on the UV map that renders: a new one of 1024 x 1024 pixels, or yours"),
+            ("GROUP", "Vertex Group", "Weights of the mesh's vertices: a new vertex group, or yours"),
         ),
+    )
+    image: StringProperty(
+        name="Texture", description="Texture that is the mask. Empty: a new one", options={"SKIP_SAVE"}
+    )
+    group: StringProperty(
+        name="Vertex Group", description="Vertex group that is the mask. Empty: a new one", options={"SKIP_SAVE"}
     )
 
     @classmethod
@@ -40,12 +48,24 @@ class PaintInput(bpy.types.Operator):
     def invoke(self, context, event):
         return context.window_manager.invoke_props_dialog(self)
 
+    @guarded_draw
+    def draw(self, context):
+        layout = self.layout
+        layout.use_property_split = True
+        layout.prop(self, "input")
+        layout.prop(self, "by")
+        if self.by == "TEXTURE":
+            layout.prop_search(self, "image", bpy.data, "images")
+        elif self.by == "GROUP":
+            layout.prop_search(self, "group", context.active_object, "vertex_groups")
+
     def execute(self, context):
         from ..blender.window import has_window
         from ..workflow.painting_inputs import paint_input
 
         try:
-            lines = paint_input(context.scene, context.active_object, self.input, by=self.by)
+            source = {"TEXTURE": self.image, "GROUP": self.group}.get(self.by, "")
+            lines = paint_input(context.scene, context.active_object, self.input, by=self.by, source=source)
         except GratingError as error:
             return report_failure(self, error)
         if has_window() and context.mode == "OBJECT":

@@ -4,47 +4,65 @@
 import bpy
 import numpy as np
 
-from ...precompute.base.failure import GratingError
+from ...precompute.base.failure import GratingError, printable
+from ..blender import compat
 from ..gratings.grating import Grating, active_grating
 from ..materials.holograms.hologram_nodes import input_set_by_artist
 from ..materials.material import check_can_add, diffraction_nodes
 from ..materials.painted_inputs import RANGES, paint_of, put_paint, remove_paint
 from .chosen_meshes import check_can_change, check_not_edited, data_is_fixed
 
-ATTRIBUTE, TEXTURE = "ATTRIBUTE", "TEXTURE"
+ATTRIBUTE, TEXTURE, GROUP = "ATTRIBUTE", "TEXTURE", "GROUP"
 _SIDE = 1024
 # The mask where nothing is painted yet: the whole strength, no turn, and a period scale of 1 between the range's ends.
 _LOW, _HIGH = RANGES["Period Scale"]
 _CLEAN = {"Strength": 1.0, "Rotation": 0.5, "Period Scale": (1.0 - _LOW) / ((_HIGH or 1.0) - _LOW)}
 
 
-def paint_input(scene: bpy.types.Scene, thing: bpy.types.Object | None, name: str, *, by: str) -> list[str]:
-    """Let a mask set an input of the material with the active grating on a mesh, by a colour attribute or a texture.
-    All meshes with the material get the attribute. What is painted already stays. Returns lines to report. Raises
-    GratingError, with nothing changed, if the mesh does not show the grating, is edited or cannot be changed, if other
-    nodes set the input, or if a texture has no UV map."""
+def paint_input(
+    scene: bpy.types.Scene, thing: bpy.types.Object | None, name: str, *, by: str, source: str = ""
+) -> list[str]:  # fmt: skip
+    """Let a mask set an input of the material with the active grating on a mesh, by a colour attribute, a texture or a
+    vertex group. `source` names a texture or a vertex group that exists; without it a clean mask is made, as colour
+    attributes and vertex groups on all meshes with the material. What is painted already stays. Returns lines to
+    report. Raises GratingError, with nothing changed, if the mesh does not show the grating, is edited or cannot be
+    changed, if other nodes set the input, if the source is missing, or if a texture has no UV map."""
     grating = active_grating(scene)
     mesh, socket = _painted(grating, thing, name)
-    mask = f"{grating.name} {name}"
     if paint_of(socket) is not None:
         return [f"{mesh.name}: {name} is painted already; go on painting"]
     if socket.is_linked:
         raise GratingError(mesh.name, f"nodes set its {name}", "unlink the input in the material first")
+    mask, clean = f"{grating.name} {name}", _CLEAN[name]
     if by == TEXTURE:
         if not mesh.data.uv_layers:
             raise GratingError(mesh.name, "no UV map for a texture", "unwrap it, or paint a colour attribute")
-        put_paint(socket, _texture(mask, _CLEAN[name]))
-        return [f"{mesh.name}: paint {name} in Texture Paint mode"]
-    material = mesh.active_material
-    others = [each for each in bpy.data.objects if each.type == "MESH" and material in _materials(each)]
+        image = _known(bpy.data.images, source, "picture in the file") if source else _texture(mask, clean)
+        put_paint(socket, image)
+        return [f"{mesh.name}: paint {name} in Texture Paint mode", *_not_data(image)]
+    if source and by == GROUP:
+        _known(mesh.vertex_groups, source, f"vertex group on {mesh.name}")
+        put_paint(socket, source)
+        mesh.vertex_groups.active_index = mesh.vertex_groups[source].index
+        bare = [each.name for each in _sharing(mesh) if source not in each.vertex_groups]
+        lacking = [f"{', '.join(bare)}: no vertex group {source}, so the mask is black there"] if bare else []
+        return [f"{mesh.name}: paint {name} in Weight Paint mode", *_not_seen(), *lacking]
+    others = _sharing(mesh)
     for other in others:
         check_can_change(other)
         check_not_edited(other)
         if data_is_fixed(other):
             raise GratingError(other.data.name, "its mesh is linked from another file", "paint a texture")
-    for data in dict.fromkeys(other.data for other in others):
-        _attribute(data, mask, _CLEAN[name])
+    if by == GROUP:
+        mask = f"{mask} Weight"  # an attribute and a group of one name would hide each other
+        for other in others:
+            _group(other, mask, clean)
+    else:
+        for data in dict.fromkeys(other.data for other in others):
+            _attribute(data, mask, clean)
     put_paint(socket, mask)
+    if by == GROUP:
+        return [f"{mesh.name}: paint {name} in Weight Paint mode", *_not_seen()]
     return [f"{mesh.name}: paint {name} in Vertex Paint mode"]
 
 
@@ -79,6 +97,32 @@ def _painted(
     return thing, input_set_by_artist(nodes[0], name)
 
 
+def _known(collection, name: str, what: str):
+    """A data-block or a vertex group by its name. Raises GratingError if there is none."""
+    if name not in collection:
+        raise GratingError(printable(name), f"no such {what}", "choose another, or leave the field empty")
+    return collection[name]
+
+
+def _not_data(image: bpy.types.Image) -> list[str]:
+    """A warning if Blender converts the numbers of a texture, as it does for colours."""
+    if image.colorspace_settings.is_data:
+        return []
+    return [f"{image.name}: a texture of colours, so a painted 50 % is read as less; set its Color Space to Non-Color"]
+
+
+def _not_seen() -> list[str]:
+    """A warning if EEVEE does not read vertex groups."""
+    if compat.EEVEE_READS_VERTEX_GROUPS:
+        return []
+    return ["EEVEE of this Blender reads no vertex groups, so the mask is black there; paint vertices for EEVEE"]
+
+
+def _sharing(mesh: bpy.types.Object) -> list[bpy.types.Object]:
+    """The meshes of the file with the active material of a mesh."""
+    return [each for each in bpy.data.objects if each.type == "MESH" and mesh.active_material in _materials(each)]
+
+
 def _materials(thing: bpy.types.Object) -> list[bpy.types.Material | None]:
     return [slot.material for slot in thing.material_slots]
 
@@ -91,6 +135,15 @@ def _attribute(mesh: bpy.types.Mesh, name: str, clean: float) -> None:
         values = np.tile(np.array([clean, clean, clean, 1.0], np.float32), len(mesh.vertices))
         attribute.data.foreach_set("color", values)
     mesh.color_attributes.active_color = attribute
+
+
+def _group(thing: bpy.types.Object, name: str, clean: float) -> None:
+    """Make a vertex group the one that is painted. A new one is clean."""
+    group = thing.vertex_groups.get(name)
+    if group is None:
+        group = thing.vertex_groups.new(name=name)
+        group.add(range(len(thing.data.vertices)), clean, "REPLACE")
+    thing.vertex_groups.active_index = group.index
 
 
 def _texture(name: str, clean: float) -> bpy.types.Image:

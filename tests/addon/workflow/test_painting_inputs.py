@@ -23,7 +23,7 @@ def mapped(spread, value):
 
 
 @pytest.mark.parametrize("name", INPUTS)
-@pytest.mark.parametrize("by", ["ATTRIBUTE", "TEXTURE"])
+@pytest.mark.parametrize("by", ["ATTRIBUTE", "TEXTURE", "GROUP"])
 def test_a_clean_mask_changes_nothing(addon, node, name, by):
     node.inputs["Strength"].default_value = 0.7
     before = node.inputs[name].default_value
@@ -35,11 +35,16 @@ def test_a_clean_mask_changes_nothing(addon, node, name, by):
         bpy.context.active_object.data.color_attributes[source.attribute_name].data.foreach_get("color", colours)
         clean = colours.reshape(4, 4)[:, 0]
         assert np.ptp(clean) == 0
+    elif by == "GROUP":
+        thing = bpy.context.active_object
+        assert thing.vertex_groups.active.name == source.attribute_name
+        clean = [thing.vertex_groups.active.weight(index) for index in range(4)]
+        assert np.ptp(clean) == 0
     else:
         clean = np.array(source.image.pixels[:4])[:1]
         assert source.image.colorspace_settings.name == "Non-Color" and source.image.packed_file is not None
     # Textures have 8 bits: half of a step of the range, of which Rotation's is pi.
-    assert mapped(spread, clean[0]) == pytest.approx(before, abs=1e-6 if by == "ATTRIBUTE" else np.pi / 255)
+    assert mapped(spread, clean[0]) == pytest.approx(before, abs=np.pi / 255 if by == "TEXTURE" else 1e-6)
 
 
 def test_every_mesh_with_the_material_has_the_attribute(scene, grating, node):
@@ -72,6 +77,29 @@ def test_under_a_hologram_the_pattern_s_own_input_is_painted(addon, node):
     assert pattern is not None and addon.painted_inputs.paint_of(pattern.inputs["Strength"]) is not None
 
 
+def test_an_own_vertex_group_or_texture_is_the_mask(addon, node, scene, grating):
+    plane = bpy.context.active_object
+    plane.vertex_groups.new(name="Front").add([0, 1], 1.0, "REPLACE")
+    assert bpy.ops.grating.paint(input="Strength", by="GROUP", group="Front") == {"FINISHED"}
+    spread = addon.painted_inputs.paint_of(node.inputs["Strength"])
+    assert spread.inputs["Value"].links[0].from_node.attribute_name == "Front"
+    assert plane.vertex_groups["Front"].weight(0) == 1.0
+    image = bpy.data.images.new("Mine", 8, 8)
+    lines = addon.painting_inputs.paint_input(scene, plane, "Rotation", by="TEXTURE", source="Mine")
+    spread = addon.painted_inputs.paint_of(node.inputs["Rotation"])
+    assert spread.inputs["Value"].links[0].from_node.image == image
+    assert "set its Color Space to Non-Color" in lines[1]
+
+
+def test_it_names_the_meshes_without_the_vertex_group(addon, scene, grating, node):
+    plane = bpy.context.active_object
+    plane.vertex_groups.new(name="Front")
+    bpy.ops.mesh.primitive_cube_add()
+    bpy.context.active_object.data.materials.append(grating.material)
+    lines = addon.painting_inputs.paint_input(scene, plane, "Strength", by="GROUP", source="Front")
+    assert "Cube: no vertex group Front, so the mask is black there" in lines
+
+
 def nodes_set_it(node, _):
     value = node.id_data.nodes.new("ShaderNodeValue")
     node.id_data.links.new(value.outputs[0], node.inputs["Strength"])
@@ -89,13 +117,16 @@ def another_material(_, plane):
     (nodes_set_it, "ATTRIBUTE", "Plane: nodes set its Strength; unlink the input in the material first"),
     (without_uv, "TEXTURE", "Plane: no UV map for a texture; unwrap it, or paint a colour attribute"),
     (another_material, "ATTRIBUTE", "Plane: its active material does not show waves; press Assign to Selected"),
+    (lambda *_: None, "GROUP", "nothing: no such vertex group on Plane; choose another, or leave the field empty"),
+    (lambda *_: None, "TEXTURE", "nothing: no such picture in the file; choose another, or leave the field empty"),
 ])  # fmt: skip
 def test_what_cannot_be_painted_is_refused_and_unchanged(node, spoil, by, line):
     plane = bpy.context.active_object
     spoil(node, plane)
     count = len(node.id_data.nodes)
     with pytest.raises(RuntimeError, match=line):
-        bpy.ops.grating.paint(input="Strength", by=by)
+        sources = {"image": "nothing", "group": "nothing"} if "nothing" in line else {}
+        bpy.ops.grating.paint(input="Strength", by=by, **sources)
     assert (
         len(node.id_data.nodes) == count and not plane.data.color_attributes and "waves Strength" not in bpy.data.images
     )
