@@ -96,19 +96,20 @@ def press_in_view(key: str, **modifiers: bool) -> Steps:
     yield LONG
 
 
-def file_dialog() -> bpy.types.Area:
-    """The file dialog that is open."""
-    return next(area for area in window().screen.areas if area.type == "FILE_BROWSER")
+def file_dialog() -> tuple[bpy.types.Window, bpy.types.Area]:
+    """The file dialog that is open, and its window: Blender's preferences say whether it has one of its own."""
+    windows = bpy.context.window_manager.windows
+    return next((each, area) for each in windows for area in each.screen.areas if area.type == "FILE_BROWSER")
 
 
 def choose_file(folder: Path, name: str) -> Steps:
     """Choose a file in the file dialog that is open, and confirm it."""
-    browser = file_dialog()
+    owner, browser = file_dialog()
     parameters = browser.spaces.active.params
     parameters.directory, parameters.filename = str(folder).encode(), name
     yield LONG
     region = next(region for region in browser.regions if region.type == "WINDOW")
-    with bpy.context.temp_override(window=window(), area=browser, region=region):
+    with bpy.context.temp_override(window=owner, area=browser, region=region):
         bpy.ops.file.execute("INVOKE_DEFAULT")
     yield LONG
 

@@ -127,7 +127,7 @@ def import_dialog() -> Steps:
     with bpy.context.temp_override(window=first_window(), area=view()[0], region=view()[1]):
         bpy.ops.grating.import_height_map("INVOKE_DEFAULT")
     yield LONG
-    assert file_dialog().spaces.active.params.filename == ""
+    assert file_dialog()[1].spaces.active.params.filename == ""
     picture("import_dialog", "the import dialog begins without a file name")
     yield from choose_file(FOLDER, "waves.png")
     picture("no_size", "a picture without its size is refused: the message names the dialog's field, no flag")

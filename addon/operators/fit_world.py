@@ -26,7 +26,7 @@ class FitWorld(bpy.types.Operator):
         from ..workflow.fitting_worlds import fit_world
 
         try:
-            fit_world(context.scene)
+            fit_world(context.scene, anew=True)
         except GratingError as error:
             return report_failure(self, error)
         return {"FINISHED"}
@@ -36,7 +36,7 @@ class FitWorld(bpy.types.Operator):
         from ..workflow.fitting_worlds import want_fit
 
         try:
-            want_fit(context.scene)
+            want_fit(context.scene, anew=True)
         except GratingError as error:
             return report_failure(self, error)
         return {"FINISHED"}

@@ -51,7 +51,7 @@ def draw_stickers(layout):
     """Draw the button for a sticker with the pattern of its surface, and the one that asks for a picture. Returns their
     properties."""
     plain = layout.operator(AddSticker.bl_idname, text="Sticker", icon="MESH_PLANE")
-    from_picture = layout.operator(AddSticker.bl_idname, text="From Picture...", icon="IMAGE_DATA")
+    from_picture = layout.operator(AddSticker.bl_idname, text="Picture Sticker...", icon="IMAGE_DATA")
     from_picture.from_picture = True
     return plain, from_picture
 

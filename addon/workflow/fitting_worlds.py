@@ -114,18 +114,23 @@ def last_failure(scene: bpy.types.Scene) -> GratingError | None:
     return _failed.get(scene.name_full)
 
 
-def fit_world(scene: bpy.types.Scene) -> None:
-    """Fit sources to the scene's world and wait for them. Raises GratingError as world_probe.fit_of does."""
+def fit_world(scene: bpy.types.Scene, *, anew: bool = False) -> None:
+    """Fit sources to the scene's world and wait for them. With `anew`, also if they seem to fit. Raises GratingError as
+    world_probe.fit_of does."""
     from ..worlds.world_probe import fit_of
 
+    if anew:
+        forget_sources(scene)
     if now := drop_stale_sources(scene):
         _take(scene, fit_of(scene.world, scene, SOURCES_MAX), now)
 
 
-def want_fit(scene: bpy.types.Scene) -> None:
-    """Drop outdated sources and schedule a fit for when the world is unchanged for a moment. In background, fit and
-    wait."""
+def want_fit(scene: bpy.types.Scene, *, anew: bool = False) -> None:
+    """Drop outdated sources, with `anew` also others, and schedule a fit for when the world is unchanged for a moment.
+    In background, fit and wait."""
     global _running
+    if anew:
+        forget_sources(scene)
     if bpy.app.background:
         fit_world(scene)
     elif (now := drop_stale_sources(scene)) and not _is_fitting(scene, now):

@@ -2,11 +2,13 @@
 """A fingerprint of a world that changes when its light may have changed, computed from its nodes without a render."""
 
 import hashlib
+import zlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import bpy
+import numpy as np
 
 from ..blender import compat
 
@@ -14,15 +16,18 @@ from ..blender import compat
 _OF_ALL_NODES = {own.identifier for own in bpy.types.Node.bl_rna.properties} - {"mute"}
 # The current frame of an image user, ignored because it advances for still pictures too.
 _FRAME = "frame_current"
+# The blocks of a picture's file that are read, and their size in bytes.
+_BLOCKS, _BLOCK = 64, 4096
 _PLAIN = {"BOOLEAN", "INT", "FLOAT", "STRING", "ENUM"}
 
 
 def fingerprint(world: bpy.types.World, blocks: set[bpy.types.ID] | None = None) -> str:
-    """The fingerprint of the world's nodes at the current frame: links, values, pictures (name, file name, size,
-    whether painted on), mappings, curves, ramps, and the positions of referenced objects.
+    """The fingerprint of the world's nodes at the current frame: links, values, pictures (name, file name, content),
+    mappings, curves, ramps, and the positions of referenced objects.
 
-    It does not detect further strokes on a painted picture, a file that another program writes with the same size, or
-    the frames of a movie. Adds the data-blocks that the fingerprint depends on to `blocks`."""
+    Of a picture in a file of its own it reads samples, so it may miss a small change that another program makes there
+    without a change of the file's size. It does not detect the frames of a movie. Adds the data-blocks that the
+    fingerprint depends on to `blocks`."""
     seen = set() if blocks is None else blocks
     seen.add(world)
     facts = [compat.working_space(), tuple(world.color), world.cycles_visibility.glossy]
@@ -46,14 +51,37 @@ def _tree_facts(tree: bpy.types.NodeTree | None, seen: set[bpy.types.ID]) -> Ite
         yield link.from_node.name, link.from_socket.identifier, link.to_node.name, link.to_socket.identifier
 
 
-def _file_facts(image: bpy.types.Image) -> tuple[str, int]:
-    """The name of a picture's file, and its size in bytes. Its folder differs between machines, so it is ignored."""
+def _file_facts(image: bpy.types.Image) -> tuple[str, int, int]:
+    """The name of a picture's file, its size in bytes, and a checksum. Its folder differs between machines, so it is
+    ignored."""
+    name = bpy.path.basename(image.filepath)
     if image.packed_file is not None:
-        size = image.packed_file.size
-    else:
-        path = Path(bpy.path.abspath(image.filepath, library=image.library))
-        size = path.stat().st_size if image.filepath and path.is_file() else 0
-    return bpy.path.basename(image.filepath), size
+        return name, image.packed_file.size, zlib.crc32(image.packed_file.data)
+    path = Path(bpy.path.abspath(image.filepath, library=image.library))
+    if not (image.filepath and path.is_file()):
+        return name, 0, 0
+    return name, path.stat().st_size, _sampled(path)
+
+
+def _sampled(path: Path) -> int:
+    """A checksum of blocks that are spread evenly over a file, with its last one. 0 for a file that cannot be read."""
+    checksum = 0
+    try:
+        with path.open("rb") as file:
+            last = max(path.stat().st_size - _BLOCK, 0)
+            for number in range(_BLOCKS):
+                file.seek(last * number // (_BLOCKS - 1))
+                checksum = zlib.crc32(file.read(_BLOCK), checksum)
+    except OSError:
+        return 0
+    return checksum
+
+
+def _pixels(image: bpy.types.Image) -> int:
+    """A checksum of a picture's pixels in memory."""
+    values = np.empty(len(image.pixels), np.float32)
+    image.pixels.foreach_get(values)
+    return zlib.crc32(values.tobytes())
 
 
 def _facts(owner: bpy.types.bpy_struct, own: bpy.types.Property, seen: set[bpy.types.ID]) -> Iterator[object]:
@@ -68,7 +96,7 @@ def _facts(owner: bpy.types.bpy_struct, own: bpy.types.Property, seen: set[bpy.t
     elif isinstance(value, bpy.types.Image):
         yield value.name_full, *_file_facts(value)
         if value.source == "GENERATED" or value.is_dirty:  # for other pictures, Blender would load the whole file
-            yield tuple(value.size)
+            yield tuple(value.size), _pixels(value)
         yield value.is_dirty, value.source, value.colorspace_settings.name, value.alpha_mode
     elif isinstance(value, bpy.types.NodeTree):
         yield value.name_full, list(_tree_facts(value, seen))

@@ -196,3 +196,16 @@ def test_an_animated_world_has_no_sources(addon, scene, sky, how):
     assert addon.sky.source_count(scene) == (how in STILL)
     told = addon.fitting_worlds.unfitted_world(scene)
     assert [line for line in told if "animated" in line] == told and bool(told) == (how in ANIMATED)
+
+
+def test_fit_world_fits_anew_even_what_seems_to_fit(addon, scene, sky, monkeypatch):
+    import bpy
+
+    fits = []
+    monkeypatch.setattr(
+        addon.world_probe, "fit_of", lambda *_: fits.append(1) or addon.world_probe.Fit(None, [SUN], 0.1)
+    )
+    bpy.ops.grating.assign()
+    assert not fits
+    bpy.ops.grating.fit_world()
+    assert fits == [1] and addon.sky.source_count(scene) == 1

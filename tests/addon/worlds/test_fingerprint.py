@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 import shutil
 
+import numpy as np
 import pytest
 
 from tests.addon.worlds.made import world_with
@@ -72,6 +73,38 @@ def test_what_changes_the_light_changes_the_fingerprint(addon, world, change):
     assert addon.fingerprint.fingerprint(world) == before
     change(world)
     assert addon.fingerprint.fingerprint(world) != before
+
+
+def test_each_stroke_on_a_painted_picture_changes_the_fingerprint(addon, world):
+    image = node(world, "ShaderNodeTexEnvironment").image
+    found = set()
+    for value in (1.0, 2.0, 3.0):
+        image.pixels[-4] = value
+        found.add(addon.fingerprint.fingerprint(world))
+    assert len(found) == 3
+
+
+@pytest.mark.parametrize("packed", [True, False])
+def test_a_picture_with_other_pixels_in_a_file_of_the_same_size(addon, world, tmp_path, packed):
+    """Uncompressed, so that the size stays."""
+    import bpy
+
+    found, sizes = set(), set()
+    for value in (0, 1):
+        path = tmp_path / "sky.bmp"
+        image = bpy.data.images.new("Sky", 64, 32)
+        image.pixels.foreach_set(np.tile(np.float32([value, 0, 0, 1]), 64 * 32))
+        image.filepath_raw, image.file_format = str(path), "BMP"
+        image.save()
+        bpy.data.images.remove(image)
+        image = node(world, "ShaderNodeTexEnvironment").image = bpy.data.images.load(str(path))
+        image.name = "Picture"
+        if packed:
+            image.pack()
+        sizes.add(image.packed_file.size if packed else path.stat().st_size)
+        found.add(addon.fingerprint.fingerprint(world))
+        bpy.data.images.remove(image)
+    assert len(sizes) == 1 and len(found) == 2
 
 
 def test_what_does_not_change_the_light_does_not(addon, world, scene):
