@@ -11,7 +11,7 @@ from .facts import GratingFacts
 from .notes import draw_note
 
 # Height of a picture in the sidebar, in rows.
-_PICTURE = 6.0
+_PICTURE = 5.0
 # At most this many files are named; the rest is counted.
 _FILES_MAX = 8
 
@@ -26,34 +26,35 @@ class StepList(bpy.types.UIList):
         layout.label(text=item.text, icon="MODIFIER")
 
 
-def draw_steps(layout, context, grating, *, several: bool) -> None:
-    """Draw a grating's steps, the arguments of the active step, and the preview. `several`: the grating averages
-    scans."""
-    if not grating.source:  # no scan: the grating was made from a bake
-        return
+def is_levelled(grating) -> bool:
+    """Whether there is nothing to level any more: a grating is baked, synthetic, or was made from a bake."""
     from ...precompute.surface.height_map import is_synthetic
 
-    # Open by default while a scan is levelled, closed once it is baked and where there is nothing to level. With two
-    # names, Blender remembers separately what the artist opens or closes.
-    is_done = bool(grating.bake_path) or is_synthetic(grating.source)
-    name = "GRATING_PT_levelled" if is_done else "GRATING_PT_levelling"
-    header, body = layout.panel(name, default_closed=is_done)
+    return not grating.source or bool(grating.bake_path) or is_synthetic(grating.source)
+
+
+def draw_steps(layout, context, grating, *, several: bool) -> None:
+    """Draw a grating's steps and the arguments of the active step, folded; with the preview if draw_surface does not
+    draw it. `several`: the grating averages scans."""
+    if not grating.source:  # no scan: the grating was made from a bake
+        return
+    header, body = layout.panel("GRATING_PT_levelling", default_closed=True)
     header.label(text=f"Levelling: {grating.levelling}")
     if body is None:
         return
-    row = body.row()
-    row.template_list(StepList.bl_idname, "", grating, "steps", grating, "active_step", rows=4)
-    buttons = row.column(align=True)
-    buttons.operator_menu_enum(AddLevellingStep.bl_idname, "kind", text="", icon="ADD")
+    buttons = body.row(align=True)
+    buttons.operator_menu_enum(AddLevellingStep.bl_idname, "kind", text="Add", icon="ADD")
     buttons.operator(RemoveLevellingStep.bl_idname, text="", icon="REMOVE")
     for direction, icon in (("UP", "TRIA_UP"), ("DOWN", "TRIA_DOWN")):
         buttons.operator(MoveLevellingStep.bl_idname, text="", icon=icon).direction = direction
     buttons.operator(LevellingAsText.bl_idname, text="", icon="TEXT")
+    body.template_list(StepList.bl_idname, "", grating, "steps", grating, "active_step", rows=2)
     try:
         _draw_arguments(body, grating)
-        _draw_preview(body, context, grating, several=several)
     except GratingError as error:
         draw_note(body, context, in_words(error), icon="ERROR")
+    if is_levelled(grating):
+        draw_preview(body, context, grating, several=several)
 
 
 def draw_scans(layout, context, facts: GratingFacts) -> None:
@@ -75,11 +76,17 @@ def _draw_arguments(layout, grating) -> None:
             column.prop(step, name)
 
 
-def _draw_preview(layout, context, grating, *, several: bool) -> None:
+def draw_preview(layout, context, grating, *, several: bool) -> None:
+    """Draw pictures of a grating's scan before and after its steps, with their range, rms and main period. `several`:
+    the grating averages scans."""
     from ...precompute.surface.steps.pipeline import WARNING
     from ..workflow.previewing_levelling import shown
 
-    found = shown(grating)
+    try:
+        found = shown(grating)
+    except GratingError as error:
+        draw_note(layout, context, in_words(error), icon="ERROR")
+        return
     if found is None:
         layout.label(text="Levelling the scan ...", icon="SORTTIME")
         return

@@ -10,18 +10,27 @@ from ..operators.show_picture import KINDS, ShowPicture
 from .facts import GratingFacts
 from .folds import FINDINGS, folds
 from .notes import draw_facts, draw_note
-from .steps_panel import draw_scans, draw_steps
+from .steps_panel import draw_preview, draw_scans, draw_steps, is_levelled
 
+# The beginnings of the lines of a summary that the pictures' captions repeat.
+_IN_PREVIEW = ("relief ", "period ")
 _LIGHT_ICONS = {"good": "CHECKMARK", "usable": "INFO", "poor": "ERROR"}
 
 
 def draw_surface(layout, context, grating, *, facts: GratingFacts) -> None:
-    """Draw the facts of a grating's scan, and how it is levelled."""
-    draw_facts(layout, context, grating.summary or "Made from a bake, without a scan")
-    draw_pictures(layout, grating)
+    """Draw the facts of a grating's scan, and how it is levelled. While a scan waits for its bake, pictures show it
+    before and after levelling, with their relief and period."""
+    levelled, several = is_levelled(grating), bool(facts.scans)
+    summary = grating.summary or "Made from a bake, without a scan"
+    if not levelled:
+        summary = "\n".join(line for line in summary.splitlines() if not line.startswith(_IN_PREVIEW)) or summary
+    draw_facts(layout, context, summary)
     draw_scans(layout, context, facts)
+    if not levelled:
+        draw_preview(layout, context, grating, several=several)
+    draw_pictures(layout, grating)
     draw_rating(layout, context, grating)
-    draw_steps(layout, context, grating, several=bool(facts.scans))
+    draw_steps(layout, context, grating, several=several)
 
 
 def draw_pictures(layout, grating) -> None:

@@ -145,26 +145,29 @@ def test_the_dialog_of_the_text_begins_with_the_steps(addon, steps):
     assert bpy.ops.grating.steps_as_text.get_rna_type().properties["steps"].is_skip_save
 
 
-def drawn(addon):
-    """What the panel draws for the active grating's levelling."""
-    layout = Layout()
-    addon.steps_panel.draw_steps(layout, context_of(2000), active(), several=False)
+def drawn(addon, *, folded=False):
+    """What the panel draws for the active grating's surface, by default with its levelling open."""
+    layout, context = Layout(folded), context_of(2000)
+    addon.surface_part.draw_surface(layout, context, active(), facts=addon.facts.facts_of(context).grating)
     return layout
 
 
-def test_the_panel_draws_list_arguments_and_then_the_preview(addon, steps):
+def test_the_panel_draws_the_preview_above_the_folded_steps(addon, steps):
+    """The preview shows what the step Levelling does to a scan that waits for its bake. It repeats no fact."""
     steps("plane,dust")
     active().active_step = 1
     layout = drawn(addon)
-    assert layout.labels[0] == "Levelling: plane,dust:5"
+    assert "Levelling: plane,dust:5" in layout.labels
     assert layout.lists == ["GRATING_UL_steps"] and layout.props == ["threshold"]
-    assert set(layout.operators) == {
-        "grating.add_step", "grating.remove_step", "grating.move_step", "grating.steps_as_text",
-    }  # fmt: skip
-    assert layout.labels[-1] == "Levelling the scan ..." and layout.pictures == 0
+    own = {"grating.add_step", "grating.remove_step", "grating.move_step", "grating.steps_as_text"}
+    assert own <= set(layout.operators)
+    layout = drawn(addon, folded=True)
+    assert layout.labels[:2] == ["4 x 4 um", "Levelling the scan ..."] and layout.pictures == 0
+    assert not layout.lists and not own & set(layout.operators)
     addon.previewing_levelling.refresh()
-    layout = drawn(addon)
+    layout = drawn(addon, folded=True)
     assert layout.pictures == 2
+    assert not [label for label in layout.labels if label.startswith(("relief", "period"))]
     # With 8 pixels per period of 100 nm the highest pixels are half a pixel off the top: 100 nm cos(pi / 8).
     assert {"As scanned", "Levelled", "range 92.39 nm"} <= set(layout.labels)
     assert "500 nm at 0 deg" in layout.labels
@@ -249,13 +252,16 @@ def test_a_text_that_is_no_step_is_one_line_in_the_panel(addon, steps):
 def test_once_a_scan_is_baked_only_the_steps_text_is_shown(addon, steps):
     """Until the artist opens the list: it is long, and the next controls stand below it."""
     active().bake_path = "waves.exr"
-    layout = drawn(addon)
-    assert layout.labels == ["Levelling: plane"] and layout.lists == []
+    layout = drawn(addon, folded=True)
+    assert layout.labels[-1] == "Levelling: plane" and not layout.lists and layout.pictures == 0
+    assert [label for label in layout.labels if label.startswith("period")]
+    assert "Levelling the scan ..." in drawn(addon).labels
 
 
 def test_of_a_grating_made_from_a_bake_nothing_is_levelled(addon, grating):
     layout = drawn(addon)
-    assert layout.labels == layout.lists == layout.operators == []
+    assert layout.labels == ["Made from a bake, without a scan"] and not layout.lists
+    assert "grating.add_step" not in layout.operators
 
 
 def test_what_was_kept_is_given_back(addon, steps, monkeypatch):
