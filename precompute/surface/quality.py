@@ -20,6 +20,8 @@ LIGHTS = ("good", "usable", "poor")
 # Each pair of numbers holds the limits of "good" and of "usable".
 # Pixels: two must resolve the finest period that diffracts visible light.
 _PIXEL_M = (FINEST_PERIOD_M / 2, FINEST_PERIOD_M)
+# The wavelength of green light, for which an eye is most sensitive.
+_GREEN_M = 555e-9
 # Pixels per period of the grating: with four, a cubic curve through them misses a sine's top by 10 %.
 _PIXELS_A_PERIOD = (8.0, 4.0)
 # The share of the surface steeper than 45 degrees, where light hits the surface twice. A bake ignores the second hit.
@@ -182,9 +184,20 @@ def _period(waves: Waves) -> Finding:
     )
     if others:
         sentence += f"; fainter ones: {', '.join(wave.in_words() for wave in others)}"
+    sentence += _where_seen(first.period_m)
     if noise:
         sentence += f"; {noise}"
     return Finding("period", light, sentence, first.contrast)
+
+
+def _where_seen(period_m: float) -> str:
+    """Where a lamp must stand for the first order of a fine period: lambda / d = sin(ti) + sin(tr), with both angles on
+    one side of the normal. Empty for a period that shows colours under a lamp at the normal."""
+    sines = _GREEN_M / period_m
+    if sines <= 1:
+        return ""
+    angle = math.degrees(math.asin(min(sines / 2, 1.0)))
+    return f"; green shows only on the lamp's side, with lamp and view both about {angle:.0f} deg from the normal"
 
 
 def _tilt(height_map: HeightMap, plane: Plane) -> Finding:

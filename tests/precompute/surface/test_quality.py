@@ -92,6 +92,13 @@ def test_a_grating_of_few_repeats_is_only_likely():
     )
 
 
+def test_a_fine_period_says_where_its_colours_are():
+    """555 nm / 320 nm = 2 sin 60.1 deg."""
+    sentence = findings(grating(pixel=20e-9, period=320e-9), 20e-9)[1]["period"].sentence
+    assert "green shows only on the lamp's side, with lamp and view both about 60 deg from the normal" in sentence
+    assert "lamp's side" not in findings(grating(pixel=20e-9, period=640e-9), 20e-9)[1]["period"].sentence
+
+
 def test_no_grating_is_poor():
     noise = 2e-9 * np.random.default_rng(0).standard_normal((256, 256))
     assert findings(noise)[1]["period"].light == "poor"
