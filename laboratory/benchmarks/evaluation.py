@@ -49,16 +49,16 @@ def draw_maps(wanted: dict[str, list[Map]], reliefs: dict[str, Relief], folder: 
     for one in (one for group in wanted.values() for one in group):
         started = time.perf_counter()
         relief = reliefs[one.surface]
-        theta_i = np.radians(one.theta_i_deg)
+        wi = brdf_map.light_from(np.radians(one.theta_i_deg))
         if one.method == "reference":
             sigma_b = plan(relief).sigma_b
             # In Stam's form, as the methods beside it.
-            xyz = brdf_map.from_reference(relief, sigma_b, PIXELS, theta_i=theta_i, step_m=5e-9, stam=True)
+            xyz = brdf_map.from_reference(relief, sigma_b, PIXELS, wi=wi, seen=brdf_map.seen_colour(5e-9), stam=True)
         else:
             key = one.surface, one.method, tuple(one.changes.items())
             if key not in built:
                 built = {key: MAP_METHODS[one.method](relief, Settings(**one.changes))}
-            xyz = brdf_map.from_method(built[key], PIXELS, theta_i)
+            xyz = brdf_map.from_method(built[key], PIXELS, wi)
         picture = brdf_map.picture(xyz, percentile=one.percentile)
         Image.fromarray(coarser(picture)).save(folder / f"{one.name}.png", optimize=True)
         report.say(f"  {one.name}: {time.perf_counter() - started:.1f} s", target)

@@ -90,7 +90,7 @@ def picture(plain: Baked, other: Baked) -> Image.Image:
     marked = np.where(other.holes[part][..., None], np.array([220, 30, 30], np.uint8), greys[0][..., None])
     tiles = [Image.fromarray(each).convert("RGB") for each in (greys[0], marked.astype(np.uint8), greys[1])]
     tiles = [each.resize((MAP_PIXELS, MAP_PIXELS), Image.Resampling.BICUBIC) for each in tiles]
-    maps = [brdf_map.from_bake(each.made.table, MAP_PIXELS, THETA_I) for each in (plain, other)]
+    maps = [brdf_map.from_bake(each.made.table, MAP_PIXELS, brdf_map.light_from(THETA_I)) for each in (plain, other)]
     tiles += [Image.fromarray(brdf_map.picture(each)) for each in maps]
     sheet = Image.new("RGB", (len(tiles) * (MAP_PIXELS + 8) - 8, MAP_PIXELS), "white")
     for index, tile in enumerate(tiles):

@@ -135,17 +135,17 @@ def scan_result(scan: HeightMap, effort: Effort, progress: Progress) -> tuple[Sc
 def map_result(relief: Relief, baked: Baked, effort: Effort, *, progress: Progress) -> MapResult:
     """A map by the bake beside the same map by FLSS, both in Stam's form. The errors are those against the reference of
     each one's model of coherence."""
-    size, theta_i = effort.map_pixels, np.radians(30)
+    size, wi = effort.map_pixels, brdf_map.light_from(np.radians(30))
 
     def from_bake() -> np.ndarray:
-        return brdf_map.from_bake(baked.table, size, theta_i, stam=True)
+        return brdf_map.from_bake(baked.table, size, wi, stam=True)
 
     settings = Settings(terms=THESIS_TERMS, step_m=5e-9, texels=3)
     started = time.perf_counter()
     flss = METHODS["flss"](relief, settings)
     prepared = time.perf_counter() - started
     seconds = min(seconds_for(from_bake) for _ in range(_MAP_REPEATS))
-    flss_seconds = seconds_for(brdf_map.from_method, flss, size, theta_i)
+    flss_seconds = seconds_for(brdf_map.from_method, flss, size, wi)
     seconds = min(seconds, *(seconds_for(from_bake) for _ in range(_MAP_REPEATS)))
     progress("maps", 0.3)
     sigma_b = baked.table.sigma_b

@@ -11,9 +11,11 @@ from ..bake.request import BakeRequest
 from ..base.failure import GratingError, Setting
 from ..base.files import write_whole
 from ..base.packages import bundled
+from ..colour.observer import wavelengths
 from ..maps import brdf_map
+from ..maps.spectral_exr import write_spectra, write_xyz
 from ..methods import baked, exact
-from ..methods.method import Settings
+from ..methods.method import Method, Settings
 from ..methods.method_registry import MAP_METHODS, METHODS
 from ..surface.relief import Relief, prepare
 from ..table import atlas, atlas_file
@@ -31,6 +33,9 @@ from .arguments import (
 from .option_types import count, number, path_argument
 from .printing import Progress, emit
 
+# What an EXR can hold.
+RGB, XYZ, SPECTRUM = "rgb", "xyz", "spectrum"
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `map`."""
@@ -43,6 +48,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=0.0,
         metavar="DEG",
         help="angle of the light, from -x; default 0",
+    )
+    parser.add_argument(
+        "--phi-i",
+        type=number(-360, 360),
+        default=0.0,
+        metavar="DEG",
+        help="turn of the light about the normal, counterclockwise; default 0",
     )
     parser.add_argument("--step-nm", type=STEP_NM, default=5.0, metavar="NM", help="wavelength step; default 5")
     parser.add_argument(
@@ -65,61 +77,130 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="material",
         help="form of the BRDF: that of the materials, or Stam's; the thesis's methods have Stam's",
     )
+    parser.add_argument(
+        "--channels",
+        choices=(RGB, XYZ, SPECTRUM),
+        default=RGB,
+        help="what an EXR holds: linear Rec.709, CIE XYZ, or a channel for each wavelength; default rgb",
+    )
+    parser.add_argument(
+        "--wavelength-nm",
+        type=number(380, 780),
+        action="append",
+        metavar="NM",
+        help="a wavelength of the spectrum (repeatable); default: every --step-nm",
+    )
     parser.set_defaults(output_is_file=True)
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Run the verb `map`: write a PNG to look at, or an EXR of linear Rec.709 radiance under unit irradiance."""
-    if arguments.output.suffix.lower() not in (".png", ".exr"):
-        raise GratingError(arguments.output, "neither PNG nor EXR", "name the file .png or .exr")
+    """Run the verb `map`: write a PNG to look at, or an EXR of radiance under unit irradiance."""
+    _check(arguments)
     bundled("PIL.Image" if arguments.output.suffix.lower() == ".png" else "OpenEXR")  # fail before the map is computed
     progress = Progress(arguments.progress)
     with naming(arguments.file):
-        xyz, illuminant = brdf_map_of(arguments, progress)
+        if arguments.channels == SPECTRUM:
+            lambdas = spectrum_wavelengths(arguments)
+            image = spectra_of(arguments, lambdas, progress)
+        else:
+            image, illuminant = brdf_map_of(arguments, progress)
     arguments.output.parent.mkdir(parents=True, exist_ok=True)
-    write_picture(arguments.output, xyz, illuminant)
+    if arguments.channels == SPECTRUM:
+        write_whole(arguments.output, lambda partial: write_spectra(partial, image, lambdas))
+    elif arguments.channels == XYZ:
+        write_whole(arguments.output, lambda partial: write_xyz(partial, image))
+    else:
+        write_picture(arguments.output, image, illuminant)
     emit({"files": [str(arguments.output)]}, arguments.json, lambda: [str(arguments.output)])
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    """Raise GratingError for arguments that contradict each other."""
+    suffix = arguments.output.suffix.lower()
+    if suffix not in (".png", ".exr"):
+        raise GratingError(arguments.output, "neither PNG nor EXR", "name the file .png or .exr")
+    if arguments.channels != RGB and suffix == ".png":
+        fault = f"a PNG cannot hold --channels {arguments.channels}"
+        raise GratingError(arguments.output, fault, "name the file .exr")
+    if arguments.channels != SPECTRUM:
+        if arguments.wavelength_nm:
+            remedy = f"give --channels {SPECTRUM}, or leave it out"
+            raise GratingError("--wavelength-nm", f"--channels {arguments.channels} has no wavelengths", remedy)
+        return
+    if existing_bake(arguments.file) is not None or arguments.method == baked.ENTRY.name:
+        raise GratingError(
+            arguments.file, "a bake holds colours, no spectra",
+            ("give the height map and ", Setting.METHOD, f" {exact.Ensemble.name}, or another method"),
+        )  # fmt: skip
+
+
+def spectrum_wavelengths(arguments: argparse.Namespace) -> np.ndarray:
+    """The wavelengths (k,) in metres of a map of spectra, in ascending order."""
+    if not arguments.wavelength_nm:
+        return wavelengths(arguments.step_nm * 1e-9)
+    return np.unique(np.array(arguments.wavelength_nm)) * 1e-9
+
+
+def light_of(arguments: argparse.Namespace) -> np.ndarray:
+    """The unit vector (3,) to the light."""
+    return brdf_map.light_from(np.radians(arguments.theta_i), np.radians(arguments.phi_i))
 
 
 def brdf_map_of(arguments: argparse.Namespace, progress: Progress) -> tuple[np.ndarray, str]:
     """The map (size, size, 3) in XYZ and its illuminant, from a bake's file or folder, or else from a height map."""
-    theta_i, stam = np.radians(arguments.theta_i), arguments.form == "stam"
+    wi, stam = light_of(arguments), arguments.form == "stam"
     file = existing_bake(arguments.file)
     if file is not None:
         if arguments.method != baked.ENTRY.name:
             remedy = ("give ", Setting.METHOD, f" {arguments.method} the height map")
             raise GratingError(file, "a bake no longer holds the surface", remedy)
         table, _ = atlas_file.read(file)
-        return brdf_map.from_bake(table, arguments.size, theta_i, stam=stam), table.illuminant
-    length_m = None if arguments.coherence_um is None else arguments.coherence_um * 1e-6
+        return brdf_map.from_bake(table, arguments.size, wi, stam=stam), table.illuminant
+    length_m = _length_of(arguments)
     relief = prepare(height_map_of(arguments))
     if arguments.method == baked.ENTRY.name:
         table = atlas.unpack(*atlas.pack(bake(relief, BakeRequest(coherence_length_m=length_m), progress=progress)))
-        return brdf_map.from_bake(table, arguments.size, theta_i, stam=stam), table.illuminant
-    if arguments.method != exact.Ensemble.name:
-        return method_map(relief, length_m, arguments, progress=progress), "D65"
-    sigma_b = plan(relief, BakeRequest(coherence_length_m=length_m)).sigma_b
-    xyz = brdf_map.from_reference(
-        relief, sigma_b, arguments.size, theta_i=theta_i, step_m=arguments.step_nm * 1e-9, stam=stam,
+        return brdf_map.from_bake(table, arguments.size, wi, stam=stam), table.illuminant
+    if arguments.method == exact.Ensemble.name:
+        seen = brdf_map.seen_colour(arguments.step_nm * 1e-9)
+        return _by_reference(relief, seen, arguments, progress=progress), "D65"
+    return brdf_map.from_method(method_of(relief, arguments), arguments.size, wi, progress=progress), "D65"
+
+
+def spectra_of(arguments: argparse.Namespace, lambdas_m: np.ndarray, progress: Progress) -> np.ndarray:
+    """The map (size, size, k) at wavelengths (k,) in metres, by the reference or by one of METHODS."""
+    relief = prepare(height_map_of(arguments))
+    if arguments.method == exact.Ensemble.name:
+        return _by_reference(relief, brdf_map.seen_spectrum(lambdas_m), arguments, progress=progress)
+    method = method_of(relief, arguments)
+    return brdf_map.from_method(method, arguments.size, light_of(arguments), lambdas_m=lambdas_m, progress=progress)
+
+
+def _by_reference(
+    relief: Relief, seen: brdf_map.Seen, arguments: argparse.Namespace, *, progress: Progress
+) -> np.ndarray:  # fmt: skip
+    sigma_b = plan(relief, BakeRequest(coherence_length_m=_length_of(arguments))).sigma_b
+    return brdf_map.from_reference(
+        relief, sigma_b, arguments.size, wi=light_of(arguments), seen=seen, stam=arguments.form == "stam",
         progress=progress,
     )  # fmt: skip
-    return xyz, "D65"
 
 
-def method_map(
-    relief: Relief, length_m: float | None, arguments: argparse.Namespace, *, progress: Progress
-) -> np.ndarray:
-    """The map (size, size, 3) in XYZ by one of METHODS, in Stam's form."""
+def _length_of(arguments: argparse.Namespace) -> float | None:
+    return None if arguments.coherence_um is None else arguments.coherence_um * 1e-6
+
+
+def method_of(relief: Relief, arguments: argparse.Namespace) -> Method:
+    """One of METHODS for a relief. Its maps have Stam's form."""
     settings = Settings(
-        coherence_length_m=length_m,
+        coherence_length_m=_length_of(arguments),
         terms=arguments.terms,
         step_m=arguments.step_nm * 1e-9,
         dtype=np.dtype(arguments.precision).type,
         centred=arguments.centred,
         period_m=period_of(arguments),
     )
-    method = METHODS[arguments.method](relief, settings)
-    return brdf_map.from_method(method, arguments.size, np.radians(arguments.theta_i), progress=progress)
+    return METHODS[arguments.method](relief, settings)
 
 
 def write_picture(path: Path, xyz: np.ndarray, illuminant: str) -> None:

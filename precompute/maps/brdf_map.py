@@ -5,6 +5,7 @@ The pixel (x, y) = (sin t cos p, sin t sin p) shows the view at t from the norma
 
 from collections.abc import Callable
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,92 +29,123 @@ _EXACT = 1e-9
 _PIXELS, _METHOD_PIXELS = 16384, 8192
 
 
-def view_hemisphere(size: int, theta_i: float, rows: slice = slice(None)) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Light direction wi (3,), views wr (rows, size, 3), and a mask (rows, size) of the pixels in the hemisphere.
+class Seen(NamedTuple):
+    """What a map holds of a spectrum: wavelengths (k,) in metres, and weights (k, channels) that sum the BRDF at each
+    of them to the channels."""
 
-    `rows` picks rows of a map of size x size pixels, counted along +y. The light comes from azimuth 180 degrees at
-    theta_i radians from the normal, so that its mirror image is on the +x side."""
+    lambdas: np.ndarray
+    weights: np.ndarray
+
+
+def seen_colour(step_m: float) -> Seen:
+    """XYZ under D65, from wavelengths step_m apart."""
+    lambdas = wavelengths(step_m)
+    return Seen(lambdas, spectral_weights(lambdas))
+
+
+def seen_spectrum(lambdas_m: np.ndarray) -> Seen:
+    """The BRDF itself at wavelengths (k,) in metres, one channel for each."""
+    return Seen(lambdas_m, np.eye(len(lambdas_m)))
+
+
+def light_from(theta_i: float, phi_i: float = 0.0) -> np.ndarray:
+    """The unit vector (3,) to a light at theta_i radians from the normal. It stands on the -x side, turned
+    counterclockwise by phi_i radians, so that without a turn its mirror image is on the +x side."""
+    return np.array([-np.sin(theta_i) * np.cos(phi_i), -np.sin(theta_i) * np.sin(phi_i), np.cos(theta_i)])
+
+
+def view_hemisphere(size: int, rows: slice = slice(None)) -> tuple[np.ndarray, np.ndarray]:
+    """Views wr (rows, size, 3), and a mask (rows, size) of the pixels in the hemisphere. `rows` picks rows of a map of
+    size x size pixels, counted along +y."""
     axis = (np.arange(size) + 0.5) * 2 / size - 1
     x, y = np.meshgrid(axis, axis[rows])
     radius2 = x**2 + y**2
-    inside = radius2 < 1
     z = np.sqrt(np.maximum(1 - radius2, 0))
-    wi = np.array([-np.sin(theta_i), 0, np.cos(theta_i)])
-    return wi, np.stack([x, y, z], axis=-1), inside
+    return np.stack([x, y, z], axis=-1), radius2 < 1
 
 
-def from_bake(bake: Table, size: int, theta_i: float, *, stam: bool = False) -> np.ndarray:
-    """Radiance XYZ (size, size, 3) under unit irradiance, axis 0 along +y, from a bake; NaN outside the hemisphere.
+def from_bake(bake: Table, size: int, wi: np.ndarray, *, stam: bool = False) -> np.ndarray:
+    """Radiance XYZ (size, size, 3) under unit irradiance from wi (3,), axis 0 along +y, from a bake; NaN outside the
+    hemisphere.
 
     `stam` asks for Stam's form, else the materials' own (docs/theory.md, BRDF)."""
 
-    def xyz(wi: np.ndarray, view: np.ndarray) -> np.ndarray:
+    def xyz(view: np.ndarray) -> np.ndarray:
         return reflected_xyz(bake, wi, view, stam=stam)
 
-    return _hemisphere_of(xyz, size, theta_i, at_once=_PIXELS, told=lambda fraction: None)
+    return _hemisphere_of(xyz, size, channels=3, at_once=_PIXELS)
 
 
 def from_reference(
-    relief: Relief, sigma_b: float, size: int, *, theta_i: float, step_m: float, stam: bool = False,
+    relief: Relief, sigma_b: float, size: int, *, wi: np.ndarray, seen: Seen, stam: bool = False,
     progress: Progress = silent,
 ) -> np.ndarray:  # fmt: skip
-    """The map of from_bake for a dielectric, from the exact spectrum under D65 at wavelengths step_m apart.
+    """The map of from_bake for a dielectric, (size, size, channels), from the exact spectrum at the wavelengths of
+    `seen`.
 
     It reads no table in (u, v), and every pixel has its own w. `progress` is called after each wavelength."""
-    wi, wr, inside = view_hemisphere(size, theta_i)
+    wr, inside = view_hemisphere(size)
     series = spectrum_series(relief, reference_grid(relief, sigma_b), 2 / WAVELENGTH_MIN_M, tolerance=_EXACT)
     axis = wr[0, :, 0]
     half = wi + wr
     w = half[..., 2]
-    scattered = np.zeros((size, size, 3))
-    zero_order = np.zeros((size, size, 3))
-    lambdas = wavelengths(step_m)
-    for k, (lam, weight) in enumerate(zip(lambdas, spectral_weights(lambdas), strict=True)):
+    scattered = np.zeros((size, size, seen.weights.shape[1]))
+    zero_order = np.zeros_like(scattered)
+    for k, (lam, weight) in enumerate(zip(seen.lambdas, seen.weights, strict=True)):
         resample = Resampler(series.grid, axis + wi[0], axis + wi[1], lam, sigma_b)
         mix = series.weights(w / lam) / lam**2
         density = sum(mix[..., m] * resample(series.scattered_over_s2[m][resample.kept]) for m in range(mix.shape[-1]))
         scattered += density[..., None] * weight
         zero_order += series.zero_order(w / lam)[..., None] * weight
-        progress("reference", (k + 1) / len(lambdas))
+        progress("reference", (k + 1) / len(seen.lambdas))
     kernel = np.exp(-(half[..., 0] ** 2 + half[..., 1] ** 2) / (2 * sigma_b**2)) / (2 * np.pi * sigma_b**2)
     of_scattered, of_zero_order = _gains(wi, wr[inside], stam=stam)
-    image = np.full((size, size, 3), np.nan)
+    image = np.full(scattered.shape, np.nan)
     image[inside] = of_scattered[:, None] * scattered[inside]
     image[inside] += (of_zero_order * kernel[inside])[:, None] * zero_order[inside]
     return image
 
 
-def from_method(method: Method, size: int, theta_i: float, *, progress: Progress = silent) -> np.ndarray:
-    """The map of from_bake in Stam's form, from any method of precompute/methods.
+def from_method(
+    method: Method, size: int, wi: np.ndarray, *, lambdas_m: np.ndarray | None = None, progress: Progress = silent
+) -> np.ndarray:
+    """The map of from_bake in Stam's form, from any method of precompute/methods; with lambdas_m (k,), the BRDF at
+    these wavelengths in metres, (size, size, k).
 
     A method's density includes its zero order, which is therefore multiplied by Stam's obliquity O instead of its own,
     cos(ti) / cos(tr) = 1. Close to the mirror direction the two agree. `progress` is called after each block of
     rows."""
 
-    def xyz(wi: np.ndarray, view: np.ndarray) -> np.ndarray:
+    def seen(view: np.ndarray) -> np.ndarray:
         u, v, w = (wi + view).T
+        if lambdas_m is None:
+            density = method.xyz(u, v, w)
+        else:
+            density = np.stack([method.density(u, v, w, wavelength_m=lam) for lam in lambdas_m], axis=-1)
         of_scattered, _ = _gains(wi, view, stam=True)
-        return (of_scattered / w**2)[:, None] * method.xyz(u, v, w)
+        return (of_scattered / w**2)[:, None] * density
 
-    return _hemisphere_of(xyz, size, theta_i, at_once=_METHOD_PIXELS, told=partial(progress, method.name))
+    channels = 3 if lambdas_m is None else len(lambdas_m)
+    return _hemisphere_of(seen, size, channels=channels, at_once=_METHOD_PIXELS, told=partial(progress, method.name))
 
 
 def _hemisphere_of(
-    xyz: Callable[[np.ndarray, np.ndarray], np.ndarray],
+    seen: Callable[[np.ndarray], np.ndarray],
     size: int,
-    theta_i: float,
     *,
+    channels: int,
     at_once: int,
-    told: Callable[[float], None],
+    told: Callable[[float], None] = lambda fraction: None,
 ) -> np.ndarray:
-    """Evaluate xyz(wi (3,), views (n, 3)) for all views above the surface, in rows of about `at_once` pixels."""
-    image = np.full((size, size, 3), np.nan)
+    """Evaluate seen(views (n, 3)), (n, channels), for all views above the surface, in rows of about `at_once`
+    pixels."""
+    image = np.full((size, size, channels), np.nan)
     rows_at_once = max(1, at_once // size)
     for start in range(0, size, rows_at_once):
         rows = slice(start, start + rows_at_once)
-        wi, wr, inside = view_hemisphere(size, theta_i, rows)
-        seen = np.flatnonzero(inside)
-        image[rows].reshape(-1, 3)[seen] = xyz(wi, wr.reshape(-1, 3).take(seen, axis=0))
+        wr, inside = view_hemisphere(size, rows)
+        shown = np.flatnonzero(inside)
+        image[rows].reshape(-1, channels)[shown] = seen(wr.reshape(-1, 3).take(shown, axis=0))
         told(min(start + rows_at_once, size) / size)
     return image
 

@@ -9,7 +9,7 @@ import numpy as np
 from ..colour.working_space import srgb_encode
 from ..table.radiance import reflected_xyz
 from ..table.table import Table
-from .brdf_map import from_bake, linear_rgb, view_hemisphere
+from .brdf_map import from_bake, light_from, linear_rgb
 from .canvas import FAINT, GROUND, INK, SIDE, Canvas
 
 # The disc's side and its upper left corner; the strip's upper edge, height and width; all in pixels.
@@ -24,7 +24,8 @@ _LAMP = (255, 210, 60)
 def view_chart(table: Table, light_deg: float) -> np.ndarray:
     """The picture (SIDE, SIDE, 3) of 8 bits, row 0 on top, for light at an angle from the normal, from the left."""
     theta_i = np.radians(light_deg)
-    xyz = from_bake(table, _DISC, theta_i)
+    wi = light_from(theta_i)
+    xyz = from_bake(table, _DISC, wi)
     level = _level(xyz[..., 1])
     canvas = Canvas()
     disc = _coded(xyz / level, table.illuminant)
@@ -33,7 +34,6 @@ def view_chart(table: Table, light_deg: float) -> np.ndarray:
     _draw_rings(canvas, theta_i)
     angles = np.radians((np.arange(_STRIP) + 0.5) * 180 / _STRIP - 90)
     views = np.stack([np.sin(angles), np.zeros_like(angles), np.cos(angles)], axis=-1)
-    wi, _, _ = view_hemisphere(1, theta_i)
     strip = _coded(reflected_xyz(table, wi, views) / level, table.illuminant)
     canvas.paste(np.tile(strip, (_STRIP_HIGH, 1, 1)), (SIDE - _STRIP) // 2, _STRIP_TOP)
     _draw_degrees(canvas)

@@ -258,16 +258,16 @@ def test_maps_of_a_metal(bakes):
     """The map of a table with a bound is Stam's, divided by the larger bound of the light's and the view's direction.
     Stam's form of a dielectric, whose table does not hold R, has R at the half angle."""
     baked, _ = bakes["binary"]
-    theta = np.radians(75)
-    stam, shown = (brdf_map.from_bake(baked, 32, theta, stam=form) for form in (True, False))
-    wi, wr, inside = brdf_map.view_hemisphere(32, theta)
+    wi = brdf_map.light_from(np.radians(75))
+    stam, shown = (brdf_map.from_bake(baked, 32, wi, stam=form) for form in (True, False))
+    wr, inside = brdf_map.view_hemisphere(32)
     bound = np.maximum(*(albedo_bound(baked.excess_albedo, way) for way in (wi, wr[inside])))
     assert bound.max() > 1.2
     np.testing.assert_array_equal(baked.bound_of(wi, wr[inside]), bound)
     np.testing.assert_allclose(shown[inside] * bound[:, None], stam[inside], rtol=1e-12, atol=1e-12)
     dielectric = replace(baked, excess_albedo=None)
     r = fresnel_reflectance(half_angle_cosine(wi, wr[inside]))[:, None]
-    found = brdf_map.from_bake(dielectric, 32, theta, stam=True)[inside]
+    found = brdf_map.from_bake(dielectric, 32, wi, stam=True)[inside]
     # The order of the products.
     np.testing.assert_allclose(found, stam[inside] * r, rtol=1e-12, atol=1e-12)
 

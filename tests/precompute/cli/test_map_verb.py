@@ -8,6 +8,7 @@ import OpenEXR
 import pytest
 from PIL import Image
 
+from precompute.maps.brdf_map import linear_rgb
 from precompute.table import atlas, atlas_file
 from precompute.table.table import Table
 
@@ -82,3 +83,65 @@ def test_row_zero_of_an_exr_map_is_plus_y(run, tmp_path):
     assert linear[:12].max() > 0 and linear[17:].max() == 0
     shown = np.asarray(Image.open(tmp_path / "map.png"))
     assert shown[8, 16].min() > 50 and shown[24, 16].max() == 0
+
+
+REFERENCE = ("--method", "reference", "--size", "16", "--progress", "none")
+
+
+def test_an_exr_of_xyz_is_the_one_of_rec_709(run, scan, tmp_path):
+    """To the rounding of single precision, times 3.2, the largest sum of a row of the matrix."""
+    found = {}
+    for channels in ("xyz", "rgb"):
+        path = tmp_path / f"{channels}.exr"
+        line = ("map", scan, *PICTURE, *SHORT, *REFERENCE, "--step-nm", "40", "--channels", channels, "-o", path)
+        assert run(*line)[0] == 0
+        pixels = OpenEXR.File(str(path), separate_channels=True).channels()
+        assert set(pixels) == set(channels.upper())
+        found[channels] = np.stack([pixels[name].pixels for name in channels.upper()], axis=-1)
+    expected = linear_rgb(found["xyz"])
+    np.testing.assert_allclose(found["rgb"], expected, rtol=0, atol=3.2 * 2**-23 * found["xyz"].max())
+
+
+def test_an_exr_of_a_spectrum_has_a_channel_for_each_wavelength(run, scan, tmp_path):
+    path = tmp_path / "spectrum.exr"
+    line = ("map", scan, *PICTURE, *SHORT, *REFERENCE, "--channels", "spectrum", "-o", path)
+    assert run(*line, "--wavelength-nm", "550.5", "--wavelength-nm", "450")[0] == 0
+    file = OpenEXR.File(str(path), separate_channels=True)
+    assert file.header()["spectralLayoutVersion"] == "1.0"
+    assert set(file.channels()) == {"T.450nm", "T.550,5nm"}
+    # 800 nm along T: light along the normal has its first orders at lambda / 800 nm.
+    middle = {name: channel.pixels[8] for name, channel in file.channels().items()}
+    x = (np.arange(16) + 0.5) / 8 - 1
+    for name, sine in (("T.450nm", 0.5625), ("T.550,5nm", 0.688)):
+        outer = np.where(x > 0.3, middle[name], 0)
+        assert abs(x[outer.argmax()] - sine) <= 1 / 8
+    assert run(*line, "--step-nm", "100")[0] == 0
+    names = set(OpenEXR.File(str(path), separate_channels=True).channels())
+    assert names == {"T.380nm", "T.480nm", "T.580nm", "T.680nm", "T.780nm"}
+
+
+def test_the_light_can_stand_at_any_azimuth(run, tmp_path):
+    """The mirror image of a light that is turned by 90 degrees from -x, so at -y, is at +y: in the upper half."""
+    path = tmp_path / "map.png"
+    assert run("map", "sample:flat", *REFERENCE, "--theta-i", "40", "--phi-i", "90", "-o", path)[0] == 0
+    pixels = np.asarray(Image.open(path)).astype(int).sum(axis=-1)
+    x, y = np.meshgrid(np.arange(16) - 7.5, 7.5 - np.arange(16))
+    row, col = np.unravel_index(np.where(np.hypot(x, y) < 7, pixels, 0).argmax(), (16, 16))
+    # sin 40 deg = 0.64 of the radius of 8 pixels.
+    assert y[row, col] == pytest.approx(8 * 0.64, abs=1) and abs(x[row, col]) <= 1
+
+
+@pytest.mark.parametrize(
+    ("options", "fault"),
+    [
+        (("-o", "map.png", "--channels", "xyz"), "a PNG cannot hold --channels xyz; name the file .exr"),
+        (("-o", "map.exr", "--wavelength-nm", "500"), "--channels rgb has no wavelengths"),
+        (("-o", "map.exr", "--channels", "spectrum"), "a bake holds colours, no spectra; give the height map"),
+        (("-o", "map.exr", "--channels", "spectrum", "--wavelength-nm", "300"), "give a number from 380 to 780"),
+    ],
+)
+def test_channels_that_cannot_be_written_are_refused(run, tmp_path, monkeypatch, options, fault):
+    monkeypatch.chdir(tmp_path)
+    status, _, err = run("map", "sample:flat", *options)
+    assert status != 0 and fault in err and len(err.splitlines()) == 1
+    assert list(tmp_path.iterdir()) == []

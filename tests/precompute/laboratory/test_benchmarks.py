@@ -127,7 +127,7 @@ def test_the_map_of_xenopeltis_is_the_thesis_s(shared_data):
     surface = evaluation_surfaces.height_maps(shared_data)["xenopeltis"]
     relief = evaluation_surfaces.as_the_thesis_cuts(surface)
     method = METHODS["chebyshev"](relief, Settings(step_m=40e-9))
-    ours = brdf_map.picture(brdf_map.from_method(method, 64, 0))
+    ours = brdf_map.picture(brdf_map.from_method(method, 64, brdf_map.light_from(0)))
     path = shared_data / "thesis_figures" / "brdfmap__flss_gratings__xeno.png"
     theirs = np.asarray(evaluation_sheets.disc(path, 64))
     upright = evaluation_sheets.agreement(ours, theirs)

@@ -7,7 +7,19 @@ from precompute.bake.request import BakeRequest
 from precompute.colour.difference import delta_e_2000, lab
 from precompute.colour.observer import white_xyz
 from precompute.colour.working_space import rgb_from_xyz, srgb_encode
-from precompute.maps.brdf_map import from_bake, from_reference, linear_rgb, picture, view_hemisphere
+from precompute.maps.brdf_map import (
+    from_bake,
+    from_method,
+    from_reference,
+    light_from,
+    linear_rgb,
+    picture,
+    seen_colour,
+    seen_spectrum,
+    view_hemisphere,
+)
+from precompute.methods.method import Settings
+from precompute.methods.method_registry import METHODS
 from precompute.optics.fresnel import fresnel_reflectance
 from precompute.optics.small_slope import small_slope_reflectance
 from precompute.reference.ensemble_reference import reference_xyz
@@ -22,12 +34,13 @@ SIGMA_B, COHERENCE_M, STEP_M = 0.061897, 4e-6, 20e-9
 THETA = np.radians(35)
 
 
-def skin(size=48, pixel=85e-9):
-    """A grating of 1.02 um along T with asymmetric facets, slightly irregular along B too."""
+def skin(size=48, pixel=85e-9, *, quarters=0):
+    """A grating of 1.02 um along T with asymmetric facets, slightly irregular along B too; as numpy turns it by
+    quarters."""
     x, y = np.meshgrid(*[np.arange(size) / size] * 2)
     phase = 2 * np.pi * 4 * x + 0.5 * np.cos(2 * np.pi * (x + 2 * y))
     heights = 70e-9 * np.sin(phase) + 25e-9 * np.sin(2 * phase) + 20e-9 * np.sin(2 * np.pi * 3 * y + 1)
-    return prepare(HeightMap(heights, (pixel, pixel), "test", periodic=True))
+    return prepare(HeightMap(np.rot90(heights, quarters), (pixel, pixel), "test", periodic=True))
 
 
 def facets(along_b):
@@ -54,7 +67,7 @@ def place(image, size):
 @pytest.mark.parametrize("size", [9, 64])
 def test_a_pixel_is_a_direction(size):
     """(x, y) = (sin t cos p, sin t sin p), rows along +y; pixels outside the unit disc have no direction."""
-    wi, wr, inside = view_hemisphere(size, THETA)
+    wi, (wr, inside) = light_from(THETA), view_hemisphere(size)
     np.testing.assert_allclose(np.linalg.norm(wr[inside], axis=-1), 1, atol=1e-12)
     axis = (2 * np.arange(size) + 1) / size - 1
     np.testing.assert_allclose(wr[..., 0], np.tile(axis, (size, 1)), atol=1e-15)
@@ -65,7 +78,7 @@ def test_a_pixel_is_a_direction(size):
 
 def test_the_mirror_image_of_the_light_lies_towards_x():
     size = 60
-    xyz = from_reference(mirror(), SIGMA_B, size, theta_i=THETA, step_m=100e-9)
+    xyz = from_reference(mirror(), SIGMA_B, size, wi=light_from(THETA), seen=seen_colour(100e-9))
     # To half a pixel; the kernel's peak is symmetric except for Fresnel, which moves it by sigma^2 R'/R, here 0.003.
     assert place(luminance(xyz), size) == pytest.approx((np.sin(THETA), 0), abs=1.5 / size)
 
@@ -85,8 +98,8 @@ def test_the_exact_map_is_the_reference(theta_i, stam):
     orders there: 1e-6 of the peak."""
     size = 40
     relief = skin()
-    xyz = from_reference(relief, SIGMA_B, size, theta_i=theta_i, step_m=STEP_M, stam=stam)
-    wi, wr, inside = view_hemisphere(size, theta_i)
+    xyz = from_reference(relief, SIGMA_B, size, wi=light_from(theta_i), seen=seen_colour(STEP_M), stam=stam)
+    wi, (wr, inside) = light_from(theta_i), view_hemisphere(size)
     pixels = np.random.default_rng(0).permutation(np.argwhere(inside))[:20]
     for row, col in pixels:
         view = wr[row, col]
@@ -101,7 +114,7 @@ def test_the_exact_map_is_the_reference(theta_i, stam):
 
 def test_a_mirror_is_white_everywhere():
     """Every pixel is R times the kernel, in one colour, to a rounding."""
-    xyz = from_reference(mirror(), 0.3, 24, theta_i=THETA, step_m=50e-9)
+    xyz = from_reference(mirror(), 0.3, 24, wi=light_from(THETA), seen=seen_colour(50e-9))
     seen = xyz[np.isfinite(xyz[..., 1])]
     np.testing.assert_allclose(seen / seen[:, 1:2], np.tile(white_xyz(), (len(seen), 1)), rtol=1e-11)
 
@@ -113,8 +126,8 @@ def test_the_map_of_a_bake_has_the_colours_of_the_reference():
     table = bake(relief, BakeRequest(coherence_length_m=COHERENCE_M))
     assert table.sigma_b == pytest.approx(SIGMA_B, rel=1e-4)
     for theta_i in (0.0, THETA):
-        exact = from_reference(relief, table.sigma_b, size, theta_i=theta_i, step_m=5e-9)
-        baked = from_bake(table, size, theta_i)
+        exact = from_reference(relief, table.sigma_b, size, wi=light_from(theta_i), seen=seen_colour(5e-9))
+        baked = from_bake(table, size, light_from(theta_i))
         np.testing.assert_array_equal(np.isnan(exact), np.isnan(baked))
         seen = np.isfinite(exact[..., 1])
         level = np.percentile(exact[seen][:, 1], 90)
@@ -129,8 +142,8 @@ def test_the_map_of_a_table_known_in_closed_form(stam):
     """B_0 = 3 and Z = 2 everywhere: 3 times the factor of the scattered light, and 2 R cos(ti) kernel."""
     table = Table(np.full((1, 16, 16, 3), 3.0), np.full((5, 3), 2.0), 0.4, 4 / 12, "D65")
     size = 15
-    xyz = from_bake(table, size, THETA, stam=stam)
-    wi, wr, inside = view_hemisphere(size, THETA)
+    xyz = from_bake(table, size, light_from(THETA), stam=stam)
+    wi, (wr, inside) = light_from(THETA), view_hemisphere(size)
     for row, col in np.argwhere(inside)[::7]:
         view = wr[row, col]
         half = wi + view
@@ -150,9 +163,11 @@ def test_facets_send_light_down_their_slope(method, along_b):
     table = bake(relief, BakeRequest(delta_e=5, coherence_length_m=COHERENCE_M))
     for theta_i in (0.0, np.radians(20)):
         if method == "bake":
-            image = luminance(from_bake(table, size, theta_i))
+            image = luminance(from_bake(table, size, light_from(theta_i)))
         else:
-            image = luminance(from_reference(relief, table.sigma_b, size, theta_i=theta_i, step_m=20e-9))
+            image = luminance(
+                from_reference(relief, table.sigma_b, size, wi=light_from(theta_i), seen=seen_colour(20e-9))
+            )
         x, y = place(image, size)
         order = np.array([0, -0.37] if along_b else [-0.37, 0])
         assert (x, y) == pytest.approx((np.sin(theta_i), 0) + order, abs=0.06)
@@ -161,9 +176,11 @@ def test_facets_send_light_down_their_slope(method, along_b):
 def test_row_zero_of_the_picture_is_plus_y():
     size = 48
     shown = picture(
-        from_bake(bake(facets(along_b=True), BakeRequest(delta_e=5, coherence_length_m=COHERENCE_M)), size, 0.0)
+        from_bake(
+            bake(facets(along_b=True), BakeRequest(delta_e=5, coherence_length_m=COHERENCE_M)), size, light_from(0.0)
+        )
     )
-    _, _, inside = view_hemisphere(size, 0.0)
+    _, inside = view_hemisphere(size)
     brightness = shown.sum(axis=-1) * inside
     assert brightness[size // 2 :].sum() > 2 * brightness[: size // 2].sum()
 
@@ -171,7 +188,7 @@ def test_row_zero_of_the_picture_is_plus_y():
 def test_a_picture_is_exposed_encoded_and_white_around():
     """The 99.5th percentile of Y becomes 1; a grey of half of that is sRGB's 188."""
     size = 64
-    _, _, inside = view_hemisphere(size, 0.0)
+    _, inside = view_hemisphere(size)
     grey = np.full((size, size, 3), np.nan)
     grey[inside] = 0.5 * white_xyz()
     grey[size // 2 - 3 : size // 2 + 3, size // 2 - 3 : size // 2 + 3] = white_xyz()
@@ -210,15 +227,40 @@ def test_linear_rgb_is_rec_709():
 def test_a_map_of_a_bake_is_the_formula_of_the_materials(matter):
     relief = prepare(blazed(periods=2, rows=64))
     table = bake(relief, BakeRequest(delta_e=3, coherence_length_m=COHERENCE_M, matter=parse(matter)))
-    wi, wr, inside = view_hemisphere(48, THETA)
+    wi, (wr, inside) = light_from(THETA), view_hemisphere(48)
     views = wr[inside]
     expected = lamp_radiance(table, np.broadcast_to(wi, views.shape), views, irradiance=np.ones((1, 3)))
-    found = np.maximum(linear_rgb(from_bake(table, 48, THETA)[inside]), 0)
+    found = np.maximum(linear_rgb(from_bake(table, 48, light_from(THETA))[inside]), 0)
     # The albedo bound is in single precision.
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-7 * expected.max())
 
 
 def test_progress_is_told_for_each_wavelength():
     told = []
-    from_reference(mirror(), 0.3, 8, theta_i=0.0, step_m=100e-9, progress=lambda *each: told.append(each))
+    from_reference(
+        mirror(), 0.3, 8, wi=light_from(0.0), seen=seen_colour(100e-9), progress=lambda *each: told.append(each)
+    )
     assert told == [("reference", (k + 1) / 5) for k in range(5)]
+
+
+def test_light_from_another_side_is_the_surface_turned_back():
+    """The relief turned by a quarter of a turn, under light turned by as much, is the same picture turned. Row 0 of a
+    map is -y and row 0 of a height map +y, so numpy turns the one clockwise and the other counterclockwise."""
+    size, seen = 24, seen_colour(50e-9)
+    plain = from_reference(skin(), SIGMA_B, size, wi=light_from(THETA), seen=seen)
+    wi = light_from(THETA, np.radians(90))
+    other = from_reference(skin(quarters=1), SIGMA_B, size, wi=wi, seen=seen)
+    np.testing.assert_allclose(np.rot90(plain, -1), other, rtol=0, atol=1e-6 * np.nanmax(plain))
+
+
+def test_a_spectrum_summed_with_the_observer_is_the_colour():
+    relief, size = skin(), 16
+    seen = seen_colour(80e-9)
+    spectrum = from_reference(relief, SIGMA_B, size, wi=light_from(THETA), seen=seen_spectrum(seen.lambdas))
+    assert spectrum.shape == (size, size, 6)
+    colour = from_reference(relief, SIGMA_B, size, wi=light_from(THETA), seen=seen)
+    np.testing.assert_allclose(spectrum @ seen.weights, colour, rtol=0, atol=1e-12 * np.nanmax(colour))
+    method = METHODS["reference"](relief, Settings(coherence_length_m=COHERENCE_M, step_m=80e-9))
+    one = from_method(method, size, light_from(THETA), lambdas_m=seen.lambdas)
+    all_at_once = from_method(method, size, light_from(THETA))
+    np.testing.assert_allclose(one @ seen.weights, all_at_once, rtol=0, atol=1e-12 * np.nanmax(all_at_once))

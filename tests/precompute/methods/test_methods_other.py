@@ -114,11 +114,14 @@ def test_the_bake_as_a_method():
 def test_a_map_by_a_method_is_the_map_by_the_reference():
     relief = prepare(sinusoidal(2e-6, 150e-9, periods=4, rows=16))
     settings = Settings(coherence_length_m=LENGTH, step_m=40e-9)
-    got = brdf_map.from_method(METHODS["reference"](relief, settings), 16, 0.3)
-    truth = brdf_map.from_reference(relief, kernel_sigma(LENGTH), 16, theta_i=0.3, step_m=40e-9, stam=True)
+    wi = brdf_map.light_from(0.3)
+    got = brdf_map.from_method(METHODS["reference"](relief, settings), 16, wi)
+    truth = brdf_map.from_reference(
+        relief, kernel_sigma(LENGTH), 16, wi=wi, seen=brdf_map.seen_colour(40e-9), stam=True
+    )
     assert np.array_equal(np.isnan(got), np.isnan(truth))
     # Near the zero order one form multiplies its kernel by O = 1, the other by Stam's O at the pixel.
-    far = np.abs(brdf_map.view_hemisphere(16, 0.3)[1][..., 0] - np.sin(0.3)) > 8 * kernel_sigma(LENGTH)
+    far = np.abs(brdf_map.view_hemisphere(16)[0][..., 0] - np.sin(0.3)) > 8 * kernel_sigma(LENGTH)
     near = np.nanmax(truth)
     assert np.nanmax(np.abs(got - truth)[far]) <= 1e-6 * near
 
