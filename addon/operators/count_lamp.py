@@ -16,7 +16,8 @@ class CountLamp(bpy.types.Operator):
     bl_label = "Lamp Lights Diffraction"
     bl_options = {"REGISTER", "UNDO"}
 
-    lamp: StringProperty(name="Lamp", description="The lamp's name. Empty: the active object")
+    # SKIP_SAVE: from a menu it is the active object, not the lamp of the last call.
+    lamp: StringProperty(name="Lamp", description="The lamp's name. Empty: the active object", options={"SKIP_SAVE"})
 
     def execute(self, context):
         from ..workflow.counting_lamps import count_lamp

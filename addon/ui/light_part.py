@@ -82,10 +82,11 @@ def draw_warnings(layout, context, facts: Facts) -> None:
 def _draw_lamp(column, lamp: LampFact, *, counts: bool, can_choose: bool) -> None:
     """Draw a lamp's name, and the button that leaves it out or keeps it in."""
     row = column.row(align=True)
-    row.active = counts and not lamp.hidden
     if can_choose:
         icon = "CHECKBOX_HLT" if counts else "CHECKBOX_DEHLT"
         row.operator(CountLamp.bl_idname, text="", icon=icon, emboss=False).lamp = lamp.name
+    row = row.row()
+    row.active = counts and not lamp.hidden
     row.label(text=f"{lamp.name} (hidden)" if lamp.hidden else lamp.name, icon=_ICONS[lamp.kind])
 
 

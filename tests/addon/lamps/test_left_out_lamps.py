@@ -58,6 +58,8 @@ def test_without_a_name_it_is_the_active_lamp(addon, lit, followed):
     bpy.context.view_layer.objects.active = lamp
     count("")
     assert followed() == ([], ["L0"])
+    held = bpy.ops.grating.count_lamp.get_rna_type().properties["lamp"]
+    assert held.is_skip_save, "else a menu repeats the lamp of the last call"
 
 
 @pytest.mark.parametrize("lights", ["LAMPS", "REST", "ALL"])
