@@ -9,7 +9,7 @@ from ..gratings.lights_choice import REST
 from ..lamps.follow import followed_lamps, lamp_count, left_out_count
 from ..lamps.light_linking import is_linked
 from ..lamps.sky import source_count
-from .group_properties import diffraction_groups, lamps_in, lights_of
+from .group_properties import diffraction_groups, lamps_in, left_out_in, lights_of
 
 
 def lamps_of_file() -> list[bool]:
@@ -39,7 +39,11 @@ def follows_world() -> bool:
 
 
 def linked_with_fewer_lamps(scene: bpy.types.Scene) -> list[str]:
-    """One warning line for each linked (so read-only) Diffraction group with fewer lamps than the scene follows."""
-    count = lamp_count(scene)
-    groups = [g for g in diffraction_groups() if g.library is not None and len(lamps_in(g)) < count]
-    return [f"{g.name}: linked with only {len(lamps_in(g))} of {count} lamps; make it local" for g in groups]
+    """One warning line for each linked (so read-only) Diffraction group with fewer lamps than the scene follows, and one
+    for each that shows lamps which the artist leaves out."""
+    count, left_out = lamp_count(scene), left_out_count(scene)
+    groups = [group for group in diffraction_groups() if group.library is not None]
+    fewer = [(group.name, len(lamps_in(group))) for group in groups if len(lamps_in(group)) < count]
+    lines = [f"{name}: linked with only {held} of {count} lamps; make it local" for name, held in fewer]
+    showing = [group.name for group in groups if lights_of(group) == REST and left_out_in(group) < left_out]
+    return lines + [f"{name}: linked, so it shows lamps that you leave out; make it local" for name in showing]
