@@ -26,6 +26,7 @@ from .operators import (
     choose_lights,
     choose_quality,
     comb_grating,
+    count_lamp,
     fit_world,
     import_height_map,
     level_steps,
@@ -44,7 +45,7 @@ from .operators import (
     vary_grating,
     why_black,
 )
-from .ui import direction_panel, facts, folds, panel, preset_pictures, steps_panel
+from .ui import direction_panel, facts, folds, object_menu, panel, preset_pictures, steps_panel
 from .workflow import handlers, previewing_levelling
 
 # Registration order: a property group comes before the property groups that hold it.
@@ -82,6 +83,7 @@ CLASSES = (
     add_snake.AddShedSkin,
     add_sticker.AddSticker,
     choose_lights.ChooseLights,
+    count_lamp.CountLamp,
     choose_quality.ChooseQuality,
     comb_grating.CombGrating,
     choose_direction.ChooseDirection,
@@ -100,6 +102,7 @@ CLASSES = (
     folds.Folds,
     panel.PresetMenu,
     panel.SampleMenu,
+    object_menu.ObjectMenu,
     panel.GratingList,
     steps_panel.StepList,
     panel.GratingPanel,
@@ -132,6 +135,7 @@ def register() -> None:
     bpy.types.TOPBAR_MT_file_import.append(load_bake.menu_entry)
     bpy.types.VIEW3D_MT_light_add.append(add_diffraction_lamp.menu_entry)
     bpy.types.VIEW3D_MT_mesh_add.append(add_snake.menu_entry)
+    bpy.types.VIEW3D_MT_object.append(object_menu.menu_entry)
     for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
         after.append(remembered_bakes.recall_bakes)
     handlers.register()
@@ -150,6 +154,7 @@ def unregister() -> None:
     handlers.unregister()
     for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
         after.remove(remembered_bakes.recall_bakes)
+    bpy.types.VIEW3D_MT_object.remove(object_menu.menu_entry)
     bpy.types.VIEW3D_MT_mesh_add.remove(add_snake.menu_entry)
     bpy.types.VIEW3D_MT_light_add.remove(add_diffraction_lamp.menu_entry)
     bpy.types.TOPBAR_MT_file_import.remove(load_bake.menu_entry)

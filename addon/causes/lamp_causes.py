@@ -6,8 +6,8 @@ from collections.abc import Iterator
 import bpy
 
 from ..blender import compat
-from ..gratings.lights_choice import LAMPS_ONLY
-from ..lamps.find import instanced_lamps, instances_are_not_followed, lamps_of
+from ..gratings.lights_choice import ALL, LAMPS_ONLY
+from ..lamps.find import instanced_lamps, instances_are_not_followed, is_left_out, lamps_of
 from ..lamps.light_linking import receives
 from ..lamps.sky import source_count
 from ..lamps.strength import irradiances
@@ -45,6 +45,8 @@ def why_dark(lamp: bpy.types.Object, subject: Subject) -> str:
     hidden = hidden_by(lamp, subject.layer)
     if hidden:
         return hidden
+    if is_left_out(lamp) and subject.lit_by != ALL:
+        return "is left out of the diffraction"
     if not lamp.visible_glossy:
         return "is hidden from glossy rays (Object > Visibility > Ray Visibility)"
     if lamp.data.energy == 0:

@@ -4,12 +4,12 @@
 LAMPS_ONLY, REST, ALL = "LAMPS", "REST", "ALL"
 # Identifier, label and tooltip, as in Blender's enumerations.
 LIGHTS = (
-    (REST, "Sources and Rest", "Lamps and bright spots of the world light it without noise. The rest of the world and "
-     "other objects light it by random samples, which are noisy. Without lamps the world still lights the grating"),
+    (REST, "Lamps and World", "Lamps and bright spots of the world light it without noise. The rest of the world and "
+     "other objects light it with noise. Without lamps, the world lights it alone"),
     (LAMPS_ONLY, "Lamps Only", "Up to eight lamps light it without noise. The world and other objects have no effect. "
      "Without lamps the diffraction is black"),
-    (ALL, "All, Noisy and Exact", "All light comes by random samples: exact, but noisy, most of all under small lamps. "
-     "For reference pictures"),
+    (ALL, "All by Samples", "Every light comes by random samples. This is exact but noisy, most of all under small "
+     "lamps. For reference pictures"),
 )  # fmt: skip
 CHOICES = {name for name, _, _ in LIGHTS}
 # Shown for a grating whose bake supports lamps only.

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from ..blender import compat
+from ..blender import compat, stored
 from .rendered_lamps import rendered
 
 if TYPE_CHECKING:
@@ -24,6 +24,9 @@ _NAMED_MAX = 8
 _LEAD = 1.5
 # Custom property of lamp data, saved in files: marks a Diffraction Lamp (materials/diffraction_lamp.py).
 DIFFRACTION_LAMP = "ng_fan"
+# Custom property of a lamp object, saved in files: whether the artist keeps the lamp among those that light diffraction
+# or leaves it out. Without it the extension chooses. It belongs to the object, because lamps may share their data.
+COUNTS = "ng_counts"
 
 
 def lamps_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
@@ -36,18 +39,37 @@ def is_fan(lamp: bpy.types.Object) -> bool:
     return DIFFRACTION_LAMP in lamp.data
 
 
+def is_kept(lamp: bpy.types.Object) -> bool:
+    """Whether the artist keeps a lamp among those that light diffraction."""
+    return stored.flag(lamp, COUNTS)
+
+
+def is_left_out(lamp: bpy.types.Object) -> bool:
+    """Whether the artist leaves a lamp out."""
+    return not stored.flag(lamp, COUNTS, True)
+
+
+def lamps_left_out(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    """The lamps that the artist leaves out, in the panel's order."""
+    return _in_order([lamp for lamp in lamps_of(scene) if is_left_out(lamp)])
+
+
+def _in_order(lamps: list[bpy.types.Object]) -> list[bpy.types.Object]:
+    """Suns first, then by strength, then by name."""
+    return sorted(lamps, key=lambda o: (o.data.type != "SUN", -o.data.energy, o.name))
+
+
 def brightest(
     scene: bpy.types.Scene, *, followed: Sequence[bpy.types.Object] = (), lit: LitBoxes | None = None
 ) -> list[bpy.types.Object]:
-    """The lamps that light diffraction, at most LAMPS_MAX, in the panel's order: suns first, then by strength, then by
-    name.
+    """The lamps that light diffraction, at most LAMPS_MAX, in the panel's order. The artist's left-out lamps do not.
 
-    If there are more, lamps visible in the render come first, then the ones that send the most light to the boxes that
-    `lit` finds. A followed lamp is replaced only by a clearly brighter one."""
-    lamps = lamps_of(scene)
+    If there are more, kept lamps come first, then lamps visible in the render, then the ones that send the most light
+    to the boxes that `lit` finds. A followed lamp is replaced only by a clearly brighter one."""
+    lamps = [lamp for lamp in lamps_of(scene) if not is_left_out(lamp)]
     if len(lamps) > LAMPS_MAX:
         lamps = _chosen(scene, lamps, set(followed), lit)
-    return sorted(lamps, key=lambda o: (o.data.type != "SUN", -o.data.energy, o.name))
+    return _in_order(lamps)
 
 
 def _chosen(
@@ -57,7 +79,7 @@ def _chosen(
 
     strengths = irradiances(lamps, lit(scene) if lit is not None else ()).tolist()
     order = [
-        (not shown, -strength * (_LEAD if lamp in followed else 1.0), lamp.name, index)
+        (not is_kept(lamp), not shown, -strength * (_LEAD if lamp in followed else 1.0), lamp.name, index)
         for index, (lamp, shown, strength) in enumerate(zip(lamps, rendered(scene, lamps), strengths, strict=True))
     ]
     return [lamps[index] for *_, index in sorted(order)[:LAMPS_MAX]]
@@ -103,15 +125,16 @@ def instances_are_not_followed(names: list[str]) -> str:
 
 def unfollowed_features(scene: bpy.types.Scene, counted: Sequence[bpy.types.Object]) -> list[str]:
     """One warning line for each lamp feature that diffraction does not support, and one that names the lamps not among
-    `counted`, if the render shows them."""
-    lamps = lamps_of(scene)
+    `counted`, if the render shows them. Lamps that the artist leaves out need no warning."""
+    lamps = [lamp for lamp in lamps_of(scene) if not is_left_out(lamp)]
     lines = []
     if len(lamps) > LAMPS_MAX:
         left_out = [lamp for lamp in lamps if lamp not in counted]
         names = sorted(lamp.name for lamp, shown in zip(left_out, rendered(scene, left_out), strict=True) if shown)
         if names:
             listed = [*names[:_NAMED_MAX], f"and {len(names) - _NAMED_MAX} more"] if len(names) > _NAMED_MAX else names
-            lines.append(f"diffraction uses at most {LAMPS_MAX} lamps; left out: {', '.join(listed)}")
+            told = f"diffraction uses at most {LAMPS_MAX} lamps; left out: {', '.join(listed)}"
+            lines.append(f"{told}; choose lamps in the panel's step Light")
     for lamp in lamps:
         if _has_own_nodes(lamp.data):
             lines.append(f"{lamp.name}: its shader nodes are ignored")

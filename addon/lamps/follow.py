@@ -1,26 +1,47 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which lamps the scene's properties follow, and making them follow the lamps that are in the scene now.
 
-A scene without lamps has no properties. Nodes then read 0, and the diffraction is black."""
+A scene without lamps has no properties. Nodes then read 0, and the diffraction is black.
+
+Lamps that the artist leaves out have properties too, with indices from LAMPS_MAX on: nodes that sample light at random
+read them to see nothing of these lamps."""
+
+from collections.abc import Sequence
 
 import bpy
 
 from ..blender import stored
 from .drivers import Drivers
-from .find import LAMPS_MAX, LitBoxes, brightest
+from .find import LAMPS_MAX, LitBoxes, brightest, lamps_left_out
 from .lamp_properties import ON, PROPERTIES, drive_properties, property_name
 from .rendered_lamps import note_shown
 
-_FIRST = {f'["{property_name(index, "place")}"]': index for index in range(LAMPS_MAX)}
+# The indices of the lamps that light diffraction, and of lamps that the artist leaves out.
+_COUNTED, _LEFT_OUT = range(LAMPS_MAX), range(LAMPS_MAX, 2 * LAMPS_MAX)
+_FIRST = {f'["{property_name(index, "place")}"]': index for index in (*_COUNTED, *_LEFT_OUT)}
 
 
 def followed_lamps(scene: bpy.types.Scene) -> list[bpy.types.Object]:
-    """The lamps that the scene's properties follow, read from their drivers. Deleted lamps are left out."""
-    if lamp_count(scene) == 0 or scene.animation_data is None:
+    """The lamps that light diffraction, read from the drivers of the scene's properties. Deleted lamps are skipped."""
+    return _read(scene, _COUNTED)
+
+
+def left_out_lamps(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    """The lamps that the artist leaves out and the scene's properties hold. Deleted lamps are skipped."""
+    return _read(scene, _LEFT_OUT)
+
+
+def has_lost_lamps(scene: bpy.types.Scene) -> bool:
+    """Whether a lamp that the scene's properties follow was deleted."""
+    return len(_read(scene, [*_COUNTED, *_LEFT_OUT])) < lamp_count(scene) + left_out_count(scene)
+
+
+def _read(scene: bpy.types.Scene, indices: Sequence[int]) -> list[bpy.types.Object]:
+    if _count(scene, indices) == 0 or scene.animation_data is None:
         return []
     found = {}
     for curve in scene.animation_data.drivers:
-        if curve.array_index == 0 and curve.data_path in _FIRST:
+        if curve.array_index == 0 and _FIRST.get(curve.data_path) in indices:
             found[_FIRST[curve.data_path]] = _lamp_of(curve.driver)
     return [lamp for _, lamp in sorted(found.items(), key=lambda item: item[0]) if lamp is not None]
 
@@ -52,7 +73,10 @@ def follow_lamps(
     changed = False
     for index, lamp in enumerate(lamps):
         changed |= drive_properties(drivers, index, lamp)
-    changed |= _forget(drivers, len(lamps))
+    left_out = lamps_left_out(scene)[:LAMPS_MAX]
+    for index, lamp in zip(_LEFT_OUT, left_out, strict=False):
+        changed |= drive_properties(drivers, index, lamp)
+    changed |= _forget(drivers, [*_COUNTED[len(lamps) :], *_LEFT_OUT[len(left_out) :]])
     update_shown(scene, lamps, in_viewport=in_viewport)
     if changed:
         scene.update_tag()
@@ -67,13 +91,13 @@ def update_shown(scene: bpy.types.Scene, lamps: list[bpy.types.Object], *, in_vi
 
 def stop_following(scene: bpy.types.Scene) -> None:
     """Remove all drivers and properties."""
-    _forget(Drivers(scene), 0)
+    _forget(Drivers(scene), [*_COUNTED, *_LEFT_OUT])
     note_shown(scene, [], in_viewport=False)
 
 
-def _forget(drivers: Drivers, first: int) -> bool:
-    """Remove the drivers and properties of lamp `first` and all after it. Return whether any existed."""
-    names = [property_name(index, what) for index in range(first, LAMPS_MAX) for what in (*PROPERTIES, ON)]
+def _forget(drivers: Drivers, indices: Sequence[int]) -> bool:
+    """Remove the drivers and properties of lamps. Return whether any existed."""
+    names = [property_name(index, what) for index in indices for what in (*PROPERTIES, ON)]
     removed = [drivers.remove(name) for name in names]
     return any(removed)
 
@@ -84,5 +108,14 @@ def is_on(scene: bpy.types.Scene, index: int) -> bool:
 
 
 def lamp_count(scene: bpy.types.Scene) -> int:
-    """The number of lamps that the scene's properties describe."""
-    return sum(property_name(index, "place") in scene for index in range(LAMPS_MAX))
+    """The number of lamps that light diffraction by the scene's properties."""
+    return _count(scene, _COUNTED)
+
+
+def left_out_count(scene: bpy.types.Scene) -> int:
+    """The number of lamps that the artist leaves out and the scene's properties hold."""
+    return _count(scene, _LEFT_OUT)
+
+
+def _count(scene: bpy.types.Scene, indices: Sequence[int]) -> int:
+    return sum(property_name(index, "place") in scene for index in indices)

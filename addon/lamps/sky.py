@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sources of a scene's world, stored in properties of the scene and read by nodes.
+"""The sources of a scene's world, stored in properties of the scene and read by nodes
+(sky_nodes.py).
 
 A source is a compact bright part of the world, such as the sun in a sky or a window in an HDRI. The surface treats it
 as a sun. The properties of source `i` are named `ng_world_<i>_<what>` and have no drivers. When the world changes, the
@@ -16,9 +17,6 @@ from typing import TYPE_CHECKING
 import bpy
 
 from ..blender import stored
-from ..nodes.builder import Tree
-from .driven_nodes import read_property
-from .lamp_group import FAR, Light
 
 if TYPE_CHECKING:
     from ...precompute.world_sources.sources import Source
@@ -70,14 +68,6 @@ def _is_whole(scene: bpy.types.Scene) -> bool:
 def missed_share(scene: bpy.types.Scene) -> float:
     """The share of the world's light that is bright and compact but in no source."""
     return stored.number(scene, _MISSED, low=0.0, high=1.0)
-
-
-def source_light(tree: Tree, index: int) -> Light:
-    """Add nodes that read the world's source `index`. All values are 0 if it does not exist."""
-    (direction, disc), (irradiance, shadow) = (
-        read_property(tree, source_name(index, what)) for what in ("place", "power")
-    )
-    return Light(direction, irradiance, tree.maximum(-1.0 - disc, 0.0), FAR, shadow)
 
 
 def source_name(index: int, what: str) -> str:

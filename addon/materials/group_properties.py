@@ -14,6 +14,8 @@ from ..lamps.sky import SOURCES_MAX
 LAMPS, SHADOWS = "ng_keys", "ng_shadows"
 # Which lights are shown. Groups from earlier versions lack it and show lamps only.
 LIGHTS = "ng_lights"
+# The number of lamps that the artist leaves out of a scene. Groups from earlier versions lack it: they have none.
+LEFT_OUT = "ng_left_out"
 # The number of world sources available to the group.
 SOURCES = "ng_sources"
 # The number of sources that the group reads, and the bytes of its constants. Groups from earlier versions lack both:
@@ -55,6 +57,11 @@ def lights_of(group: bpy.types.NodeTree) -> str:
 def lamps_in(group: bpy.types.NodeTree) -> list[bool]:
     """For each lamp that a Diffraction group reads (at least one), whether it applies light linking."""
     return stored.flags(group, LAMPS, LAMPS_MAX) or [False]
+
+
+def left_out_in(group: bpy.types.NodeTree) -> int:
+    """The number of left-out lamps of which a Diffraction group shows nothing."""
+    return stored.count(group, LEFT_OUT, LAMPS_MAX)
 
 
 def traces_shadows(group: bpy.types.NodeTree) -> bool:

@@ -12,11 +12,6 @@
 | Shader (out)      |        |         | the material |
 | Diffraction (out) |        |         | its diffracted radiance alone, also an AOV of that name |
 
-    Shader = (1 - F + wd) Base + (1 - wd) s (sum over lamps of V Lo + closures) + face
-
-F is the Fresnel reflectance towards the viewer. Lo is the light that the response (response.py) sends to the viewer
-from one lamp (lamps/lamp_group.py). V is 1 where the surface sees the lamp, else 0. face: see plate_nodes.py.
-
 Which lights are shown is one of gratings/lights_choice.py:
 
 | LAMPS | the followed lamps by Lo alone; no closures, no noise |
@@ -27,9 +22,7 @@ Which lights are shown is one of gratings/lights_choice.py:
 EEVEE holds at most 64 KiB of a material's constants (nodes/eevee_constants.py). Sources that do not fit, the dimmest
 first, are left to the closures, in Cycles too.
 
-No light counts twice. In REST the closure of the scattered light is a perfect mirror around a random normal, black
-where its one direction leads to a followed lamp or source. A lamp's cone has a radius of sqrt(6) standard deviations of
-its disc: the corner of a square lamp, and 1.22 radii of a round one. The table and the closure share wide lamps."""
+skin_nodes.py makes the nodes."""
 
 import math
 from collections.abc import Iterable
@@ -38,58 +31,38 @@ from itertools import zip_longest
 import bpy
 
 from ..blender import stored
-from ..direction.tangent_frame import frame_nodes
 from ..gratings.direction_source import DirectionSource
-from ..gratings.lights_choice import ALL, LAMPS_ONLY, REST
+from ..gratings.lights_choice import LAMPS_ONLY, REST
 from ..gratings.variation import Variation
-from ..lamps.follow import followed_lamps, lamp_count
-from ..lamps.lamp_group import light_of
-from ..lamps.light_linking import is_linked
-from ..lamps.sky import source_count, source_light
-from ..nodes.arrange import arrange
-from ..nodes.builder import Operand, Tree
 from ..nodes.eevee_constants import ROOM, constant_bytes
 from ..nodes.interface import Socket, add_interface, has_sockets, restore_interface
 from ..nodes.node_count import has_parts, note_parts
 from . import group_properties
-from .footprint import with_footprint
+from .file_lights import lamps_of_file, left_out_of_file, sources_of_file
 from .group_properties import (
     counts_footprint,
     diffraction_groups,
     frame_of,
     is_diffraction,
     lamps_in,
+    left_out_in,
     lights_of,
     sources_in,
     traces_shadows,
     variation_of,
 )
-from .light_masks import is_lit, is_unseen
 from .response import (
     HEIGHT_SCALE,
     IOR,
-    IRRADIANCE,
-    NORMAL,
     PERIOD_SCALE,
     ROUGHNESS,
-    SETTINGS,
-    SHARP,
-    TANGENT,
-    TO_LIGHT,
-    VARIANCE,
-    ZERO_ORDER,
     Response,
-    Shown,
     further_responses,
-    is_opaque,
     response_in,
     responses_in,
 )
-from .shadow import hit, is_of_other_version, ray_start
-from .variation_nodes import variation_nodes
-from .wide_lamps import left_by_table, table_share
+from .shadow import is_of_other_version
 
-AOV_NAME = "Diffraction"
 # The bytes of constants reserved for the rest of a material: ten Principled BSDFs or a hundred other nodes.
 _LEFT = 2048
 _REMEDY = "use fewer lamps, or fewer gratings in its Variation"
@@ -119,7 +92,8 @@ def group_around(name: str, response: Response, *, shadows: bool = True, lights:
     group = bpy.data.node_groups.new(f"Diffraction {name}", "ShaderNodeTree")
     add_interface(group, _INPUTS, _OUTPUTS)
     group[group_properties.SHADOWS], group[group_properties.LIGHTS] = shadows, lights
-    fill_group(group, (response,), _lamps_of_file(), sources=_sources_of_file())
+    group[group_properties.LEFT_OUT] = left_out_of_file()
+    fill_group(group, (response,), lamps_of_file(), sources=sources_of_file())
     return group
 
 
@@ -127,7 +101,8 @@ def set_lighting(group: bpy.types.NodeTree, *, shadows: bool, lights: str) -> No
     """Set a Diffraction group's shadows and its lights. The nodes are rebuilt only if either changes."""
     if (traces_shadows(group), lights_of(group)) != (shadows, lights):
         group[group_properties.SHADOWS], group[group_properties.LIGHTS] = shadows, lights
-        fill_group(group, responses_in(group), lamps_in(group), sources=_sources_of_file())
+        group[group_properties.LEFT_OUT] = left_out_of_file()
+        fill_group(group, responses_in(group), lamps_in(group), sources=sources_of_file())
 
 
 def is_outdated(group: bpy.types.NodeTree) -> bool:
@@ -194,14 +169,16 @@ def fill_group(
     group's own response takes over the shares of deleted further ones."""
     if not responses:
         return
+    from ..nodes.arrange import arrange
     from .earlier_version import keep_earlier_input
+    from .skin_nodes import make_nodes  # most sessions begin without it
 
     group.nodes.clear()
     restore_interface(group, _INPUTS, _OUTPUTS)
     group[group_properties.LAMPS], group[group_properties.SOURCES] = lamps, sources
     read = sources
     while True:
-        _make_nodes(group, responses, lamps, sources=read)
+        make_nodes(group, responses, lamps, sources=read)
         held = constant_bytes(group)
         excess = held - (ROOM - _LEFT)
         if excess <= 0 or read == 0 or lights_of(group) != REST:
@@ -212,73 +189,6 @@ def fill_group(
     keep_earlier_input(group)
     arrange(group)
     note_parts(group)
-
-
-def _make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps: list[bool], *, sources: int) -> None:
-    """Rebuild a Diffraction group's nodes for lamps and a number of sources."""
-    group.nodes.clear()
-    tree = Tree(group)
-    inputs = tree.inputs()
-    areas, turn = variation_nodes(tree, variation_of(group).of_others(len(responses) - 1))
-    responses = responses[: len(areas)]  # shares of further responses may be missing
-    if turn is not None:
-        inputs["Rotation"] = inputs["Rotation"] + turn
-    n, t = frame_nodes(tree, inputs, frame_of(group))
-    geometry = tree.node("ShaderNodeNewGeometry")
-    cos_r = tree.dot(tree.value(geometry.outputs["Incoming"]), n)
-    unseen = is_unseen(tree)
-    strength = inputs["Strength"] * (1.0 - inputs["Base Blend"])
-    settings = {socket: inputs[socket.name] for socket in SETTINGS}
-    start = ray_start(tree, geometry) if traces_shadows(group) else None
-    to_lamps = dict(settings)
-    if counts_footprint(group):
-        to_lamps[ROUGHNESS] = with_footprint(tree, settings[ROUGHNESS])
-    reliefs = list(enumerate(zip(responses, areas, strict=True), start=1))
-    # An unlinked node costs nothing. It keeps the response's World group in the file while it is unused.
-    lights = lights_of(group) if all(response.world is not None for response in responses) else LAMPS_ONLY
-    asked_of_world: dict[Socket, Operand] = {NORMAL: n, TANGENT: t, SHARP: float(lights == REST), **settings}
-    worlds = [(response.to_world(tree, asked_of_world, number=k), area) for k, (response, area) in reliefs]
-    zero_order = float(lights == LAMPS_ONLY)
-    lit_by = [light_of(tree, index, linked) for index, linked in enumerate(lamps)]
-    if lights == REST:
-        lit_by += [source_light(tree, index) for index in range(sources)]
-    shares = [table_share(tree, light) for light in lit_by] if lights == REST else []
-    coat: Shown | None = None
-    for light, share in zip_longest(lit_by, shares):
-        lit = is_lit(tree, light, n=n, cos_r=cos_r, unseen=unseen)
-        asked = {NORMAL: n, TANGENT: t, TO_LIGHT: light.direction, IRRADIANCE: light.irradiance}
-        asked |= {VARIANCE: light.variance, ZERO_ORDER: zero_order, **to_lamps}
-        answer: Shown | None = None
-        for k, (response, area) in reliefs:
-            shown = response.to_lamp(tree, asked, number=k).shown(strength)
-            answer = (shown if area is None else shown.dimmed(area)).added_to(answer)
-        assert answer is not None  # there is at least one response
-        if start is not None:
-            sees = 1.0 - light.casts_shadow * hit(tree, start, light.direction, distance=light.distance)
-            answer = answer.dimmed(sees)
-        coat = answer.dimmed(lit if share is None else lit * share).added_to(coat)
-    assert coat is not None  # there is at least one lamp input
-    shader = coat.shader if lights != ALL else None
-    for world, area in worlds if lights != LAMPS_ONLY else ():
-        assert world is not None  # otherwise lights is LAMPS_ONLY
-        rest = strength
-        if lights == REST:
-            rest = strength * (1.0 - unseen) * left_by_table(tree, zip(lit_by, shares, strict=True), world.direction)
-        closures = world.closures(n, strength, rest)
-        shader = tree.add_shader(shader, closures if area is None else tree.mix_shader(area, None, closures))
-    if not all(map(is_opaque, responses)):
-        shader = tree.add_shader(shader, tree.mix_shader(tree.fresnel(inputs["IOR"], n), inputs["Base"], None))
-    shader = tree.add_shader(shader, tree.mix_shader(inputs["Base Blend"], None, inputs["Base"]))
-    radiance = coat.radiance * strength
-    tree.node("ShaderNodeOutputAOV", radiance, aov_name=AOV_NAME)
-    tree.output(shader, radiance)
-
-
-def linked_with_fewer_lamps(scene: bpy.types.Scene) -> list[str]:
-    """One warning line for each linked (so read-only) Diffraction group with fewer lamps than the scene follows."""
-    count = lamp_count(scene)
-    groups = [g for g in diffraction_groups() if g.library is not None and len(lamps_in(g)) < count]
-    return [f"{g.name}: linked with only {len(lamps_in(g))} of {count} lamps; make it local" for g in groups]
 
 
 def crowded(group: bpy.types.NodeTree) -> list[str]:
@@ -301,20 +211,23 @@ def too_large(name: str) -> str:
 
 
 def show_lamps(*, exactly: bool) -> None:
-    """Give each Diffraction group in the file as many lamps as any scene follows, and light linking if used.
+    """Give each Diffraction group in the file as many lamps as any scene follows or leaves out, and light linking if
+    used.
 
     Groups that have enough are unchanged, because Blender would recompile them. With `exactly`, surplus lamps are
     removed too; they only cost time in each pixel, as their missing properties read as 0."""
     groups = [group for group in diffraction_groups() if group.library is None]
     if not groups:
         return
-    wanted, sources = _lamps_of_file(), _sources_of_file()
+    wanted, sources, left_out = lamps_of_file(), sources_of_file(), left_out_of_file()
     for group in groups:
-        present, held = lamps_in(group), sources_in(group)
+        present, held, masks = lamps_in(group), sources_in(group), left_out_in(group)
         lamps = wanted if exactly else [a or b for a, b in zip_longest(wanted, present, fillvalue=False)]
         reads_sources = lights_of(group) == REST
         count = (sources if exactly else max(sources, held)) if reads_sources else held
-        if (present, held) != (lamps, count):
+        wanted_masks = (left_out if exactly else max(left_out, masks)) if reads_sources else masks
+        if (present, held, masks) != (lamps, count, wanted_masks):
+            group[group_properties.LEFT_OUT] = wanted_masks
             fill_group(group, responses_in(group), lamps, sources=count)
 
 
@@ -327,24 +240,3 @@ def renew_outdated() -> list[str]:
     renewed = ", ".join(group.name for group in outdated if not is_outdated(group))
     version = "{}.{}".format(*bpy.app.version)
     return [f"{renewed}: shadows rebuilt for Blender {version}, because another version saved them"] if renewed else []
-
-
-def follows_light_linking() -> bool:
-    """Whether some Diffraction group in the file applies light linking."""
-    return any(any(lamps_in(group)) for group in diffraction_groups())
-
-
-def follows_world() -> bool:
-    """Whether some Diffraction group in the file reads the sources of worlds."""
-    return any(lights_of(group) == REST for group in diffraction_groups())
-
-
-def _sources_of_file() -> int:
-    """The largest number of world sources that a scene of the file stores."""
-    return max((source_count(scene) for scene in bpy.data.scenes), default=0)
-
-
-def _lamps_of_file() -> list[bool]:
-    """For each lamp that some scene of the file follows, whether its light is linked. Never empty."""
-    followed = [[is_linked(lamp) for lamp in followed_lamps(scene)] for scene in bpy.data.scenes]
-    return [any(linked) for linked in zip_longest([False], *followed, fillvalue=False)]

@@ -22,8 +22,9 @@ def table_share(tree: Tree, light: Light) -> Value:
     return tree.value(node.outputs["Result"])
 
 
-def left_by_table(tree: Tree, lights: Iterable[tuple[Light, Value]], direction: Value) -> Value | float:
-    """The share of the light from a direction that the table does not show: 1 minus its share of a lamp there."""
+def left_by_table(tree: Tree, lights: Iterable[tuple[Light, Value | float]], direction: Value) -> Value | float:
+    """The share of the light from a direction that is left for a closure: 1 minus the share of a lamp there that the
+    table shows. A lamp with a share of 1 that the table does not show has no light at all."""
     left: Value | float = 1.0
     for light, share in lights:
         shines = tree.math("GREATER_THAN", tree.dot(light.irradiance, (1.0, 1.0, 1.0)), 0.0)

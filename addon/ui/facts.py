@@ -20,12 +20,14 @@ from ..gratings.grating import Grating
 from ..gratings.lights_choice import LAMPS_ONLY, NO_SAMPLE_SET
 from ..gratings.remembered_bakes import is_asked_otherwise
 from ..gratings.variation import Variation
-from ..lamps.find import brightest, instanced_lamps, unfollowed_features
+from ..lamps.find import brightest, instanced_lamps, lamps_of, unfollowed_features
 from ..lamps.follow import followed_lamps, is_on
+from ..lamps.rendered_lamps import rendered
 from ..lamps.sky import missed_share, source_count
 from ..materials.data_pictures import wrong_colours
+from ..materials.file_lights import follows_world, linked_with_fewer_lamps
 from ..materials.group_properties import is_diffraction, variation_of
-from ..materials.skin import answers_to_world, crowded, follows_world, linked_with_fewer_lamps
+from ..materials.skin import answers_to_world, crowded
 from ..operators.mend import MendMaterials
 from ..workflow.fitting_worlds import world_is_animated, world_is_fitted
 
@@ -38,7 +40,7 @@ NOT_FITTED = "not fitted"
 
 @dataclass(frozen=True)
 class LampFact:
-    """A lamp that lights the diffraction."""
+    """A lamp of the scene."""
 
     name: str
     kind: str
@@ -52,6 +54,7 @@ class SceneFacts:
     strays    names of the diffraction materials that belong to no grating in the list and can be adopted
     linked    a line for each such material that is linked from another file
     lamps     the lamps that light the diffraction
+    others    the lamps that are left out of it
     world     how the world lights it; empty if there is nothing to report
     features  a line for each feature of a lamp that diffraction does not follow
     instanced names of lamps that only instances show
@@ -60,6 +63,7 @@ class SceneFacts:
     strays: tuple[str, ...] = ()
     linked: tuple[str, ...] = ()
     lamps: tuple[LampFact, ...] = ()
+    others: tuple[LampFact, ...] = ()
     world: str = ""
     features: tuple[str, ...] = ()
     instanced: tuple[str, ...] = ()
@@ -188,12 +192,17 @@ def _of_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> SceneFa
         linked = tuple(map(str, linked_strays(found)))
     followed = followed_lamps(scene)
     lamps = followed or brightest(scene)
+    others = sorted((lamp for lamp in lamps_of(scene) if lamp not in lamps), key=lambda lamp: lamp.name)
     return SceneFacts(
         strays=strays,
         linked=linked,
         lamps=tuple(
             LampFact(lamp.name, lamp.data.type, bool(followed) and not is_on(scene, index))
             for index, lamp in enumerate(lamps)
+        ),
+        others=tuple(
+            LampFact(lamp.name, lamp.data.type, not shown)
+            for lamp, shown in zip(others, rendered(scene, others), strict=True)
         ),
         world=_world(scene),
         features=tuple(unfollowed_features(scene, lamps) + linked_with_fewer_lamps(scene)),

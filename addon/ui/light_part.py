@@ -7,13 +7,16 @@ from ..gratings.wording import in_words
 from ..operators.add_diffraction_lamp import AddDiffractionLamp
 from ..operators.add_light_rig import AddLightRig
 from ..operators.choose_lights import ChooseLights
+from ..operators.count_lamp import CountLamp
 from ..operators.fit_world import FitWorld
 from ..operators.mend import MendMaterials
 from ..operators.why_black import WhyBlack
 from ..workflow.fitting_worlds import is_fitting, last_failure
-from .facts import NOT_FITTED, Facts
+from .facts import NOT_FITTED, Facts, LampFact
 from .notes import draw_note
 
+# The largest number of left-out lamps with a row of their own.
+_OTHERS_MAX = 8
 _ICONS = {"SUN": "LIGHT_SUN", "POINT": "LIGHT_POINT", "SPOT": "LIGHT_SPOT", "AREA": "LIGHT_AREA"}
 # How each choice of lights lights the diffraction.
 _LIT_BY = {
@@ -38,13 +41,17 @@ def draw_light(layout, context, grating, *, facts: Facts) -> None:
         lights = LAMPS_ONLY
     column = layout.column(align=True)
     for lamp in scene.lamps:
-        row = column.row()
-        row.active = not lamp.hidden
-        row.label(text=f"{lamp.name} (hidden)" if lamp.hidden else lamp.name, icon=_ICONS[lamp.kind])
+        _draw_lamp(column, lamp, counts=True, can_choose=lights != ALL)
+    for lamp in scene.others[:_OTHERS_MAX]:
+        _draw_lamp(column, lamp, counts=lights == ALL, can_choose=lights != ALL)
+    if len(scene.others) > _OTHERS_MAX:
+        more = f"and {len(scene.others) - _OTHERS_MAX} more; select one and use Object > Natural Gratings"
+        draw_note(column, context, more)
     if lights == REST and scene.world:
         _draw_world(column, context, scene.world)
     if not scene.lamps and lights == LAMPS_ONLY:
-        draw_note(column, context, "The scene has no lamp, so the diffraction is black", icon="INFO")
+        which = "All lamps are left out" if scene.others else "The scene has no lamp"
+        draw_note(column, context, f"{which}, so the diffraction is black", icon="INFO")
     for line in facts.scene.features:
         draw_note(column, context, line, icon="INFO")
     note = layout.column(align=True)
@@ -70,6 +77,17 @@ def draw_warnings(layout, context, facts: Facts) -> None:
         draw_note(column, context, line, icon="ERROR")
     if facts.scene.can_be_mended:
         column.operator(MendMaterials.bl_idname, icon="FILE_REFRESH")
+
+
+def _draw_lamp(column, lamp: LampFact, *, counts: bool, can_choose: bool) -> None:
+    """Draw a lamp's name, and the button that leaves it out or keeps it in."""
+    row = column.row(align=True)
+    if can_choose:
+        icon = "CHECKBOX_HLT" if counts else "CHECKBOX_DEHLT"
+        row.operator(CountLamp.bl_idname, text="", icon=icon, emboss=False).lamp = lamp.name
+    row = row.row()
+    row.active = counts and not lamp.hidden
+    row.label(text=f"{lamp.name} (hidden)" if lamp.hidden else lamp.name, icon=_ICONS[lamp.kind])
 
 
 def _draw_world(column, context, text: str) -> None:

@@ -10,7 +10,7 @@ import bpy
 from ..direction.uv_maps import has_uv_map
 from ..gratings.direction_source import AXIS
 from ..gratings.grating import Grating
-from ..gratings.lights_choice import LAMPS_ONLY
+from ..gratings.lights_choice import ALL, LAMPS_ONLY
 from ..operators.add_light_rig import AddLightRig
 from ..operators.assign import AssignToSelected
 from ..operators.bake_grating import BakeGrating
@@ -71,8 +71,8 @@ def next_step(context: bpy.types.Context, grating: Grating, facts: Facts) -> Nex
 
 def is_lit(grating: Grating, facts: Facts) -> bool:
     """Whether a lamp, or the world where it counts, lights the grating."""
-    lamps = any(not lamp.hidden for lamp in facts.scene.lamps)
-    return lamps or (grating.lit_by != LAMPS_ONLY and bool(facts.scene.world))
+    lamps = (*facts.scene.lamps, *(facts.scene.others if grating.lit_by == ALL else ()))
+    return any(not lamp.hidden for lamp in lamps) or (grating.lit_by != LAMPS_ONLY and bool(facts.scene.world))
 
 
 def state_of(step: str, following: Next | None) -> str:

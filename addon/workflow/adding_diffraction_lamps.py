@@ -63,7 +63,7 @@ def _lamp_named(scene: bpy.types.Scene, name: str) -> bpy.types.Object:
     if not lamps:
         raise GratingError(f"scene {scene.name}", "no lamp lights the grating", "add a sun")
     if not name:
-        return counted_lamps(scene)[0]
+        return (counted_lamps(scene) or lamps)[0]
     found = next((lamp for lamp in lamps if lamp.name == name), None)
     if found is None:
         raise GratingError(name, "no lamp of the scene", f"there are {', '.join(sorted(lamp.name for lamp in lamps))}")

@@ -18,7 +18,8 @@ from ...precompute.base.failure import GratingError
 from ..blender import compat
 from ..blender.guard import guarded
 from ..lamps.sky import SOURCES_MAX, fitted_world, forget_sources, hold_sources
-from ..materials.skin import follows_world, show_lamps
+from ..materials.file_lights import follows_world
+from ..materials.skin import show_lamps
 
 if TYPE_CHECKING:
     from ..worlds.world_probe import Fit, Probe

@@ -10,7 +10,8 @@ from ..lamps.find import instanced_lamps, instances_are_not_followed, lamps_of, 
 from ..lamps.follow import counted_lamps, follow_lamps
 from ..lamps.light_linking import is_linked, mark_unlinked
 from ..materials.data_pictures import wrong_colours
-from ..materials.skin import follows_light_linking, linked_with_fewer_lamps, needs_lamps, show_lamps
+from ..materials.file_lights import follows_light_linking, linked_with_fewer_lamps
+from ..materials.skin import needs_lamps, show_lamps
 from .fitting_worlds import unfitted_world
 
 if TYPE_CHECKING:
@@ -57,10 +58,13 @@ def add_sun(scene: bpy.types.Scene) -> bpy.types.Object:
 def warnings_about(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[str]:
     """Warnings about lamps and their features that diffraction does not follow, and about settings that give wrong
     colours."""
-    dark = not lamps_of(scene) and needs_lamps()
-    line = f"scene {scene.name}: it has no lamp, so with Lamps Only the diffraction is black; add a sun"
-    lines = [line] if dark else []
-    lines += unfollowed_features(scene, counted_lamps(scene)) + unfitted_world(scene)
+    counted = counted_lamps(scene)
+    lines = []
+    if not counted and needs_lamps():
+        which = "all its lamps are left out" if lamps_of(scene) else "it has no lamp"
+        remedy = "keep one in" if lamps_of(scene) else "add a sun"
+        lines = [f"scene {scene.name}: {which}, so with Lamps Only the diffraction is black; {remedy}"]
+    lines += unfollowed_features(scene, counted) + unfitted_world(scene)
     lines += linked_with_fewer_lamps(scene) + wrong_colours(scene)
     instanced = instanced_lamps(depsgraph)
     return [*lines, instances_are_not_followed(instanced)] if instanced else lines

@@ -24,7 +24,7 @@ from ..blender.changes import STILL, note_change, seconds_until_still
 from ..blender.guard import guarded
 from ..blender.rendering import is_rendering
 from ..blender.window import has_window
-from ..lamps.follow import follow_lamps, followed_lamps, lamp_count, stop_following
+from ..lamps.follow import follow_lamps, followed_lamps, has_lost_lamps, left_out_lamps, stop_following
 from ..lamps.rendered_lamps import show_as_rendered
 from ..materials.data_pictures import wrong_colours
 from ..materials.group_properties import is_diffraction
@@ -54,7 +54,7 @@ def follow_change(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> Non
         return
     if not _has_diffraction():  # most files stop here
         forget_worlds()
-        if len(followed_lamps(scene)) < lamp_count(scene):  # a lamp was deleted after the last Diffraction group
+        if has_lost_lamps(scene):  # one was deleted after the last Diffraction group
             stop_following(scene)
         return
     changed = {update.id.original for update in islice(depsgraph.updates, _LOOKED_AT)}
@@ -185,7 +185,7 @@ def _update_lamps(scene: bpy.types.Scene, *, exactly: bool = False) -> None:
 
 def _state(scene: bpy.types.Scene) -> tuple[object, ...]:
     """What drivers cannot follow of a scene's followed lamps: type, light linking, visibility in each view layer."""
-    return tuple(_state_of(lamp, scene) for lamp in followed_lamps(scene))
+    return tuple(_state_of(lamp, scene) for lamp in (*followed_lamps(scene), *left_out_lamps(scene)))
 
 
 def _state_of(lamp: bpy.types.Object, scene: bpy.types.Scene) -> tuple[object, ...]:

@@ -13,7 +13,7 @@ from ..causes.material_causes import set_number
 from ..causes.seen_light import WELL_LIT
 from ..causes.shown_things import show
 from ..causes.subject import Subject, subject_of
-from ..lamps.find import lamps_of
+from ..lamps.find import COUNTS, lamps_of
 from ..lamps.strength import irradiances
 from ..materials.group_users import boxes_showing
 from ..materials.material import add_diffraction
@@ -52,7 +52,8 @@ def _show_lamps(context: bpy.types.Context) -> str:
 
 
 def _switch_on(lamp: bpy.types.Object) -> None:
-    """Give a lamp power, a colour, and a size if it lacks them."""
+    """Let a lamp light the diffraction, and give it power, a colour, and a size if it lacks them."""
+    lamp.pop(COUNTS, None)
     lamp.visible_glossy = True
     if max(lamp.data.color) <= 0:
         lamp.data.color = (1.0, 1.0, 1.0)

@@ -60,7 +60,7 @@ def measured(studio: Studio, arguments: argparse.Namespace) -> list[dict]:
     for told, made in (("", {}), (", footprint", {"footprint": True})):
         make = partial(studio.direct, lights="REST", **made)
         for n, k in ((1, 0), (3, _SOURCES)):
-            subjects.append((Subject(f"sources and rest, {n} suns, {k} sources{told}", make, n), k))
+            subjects.append((Subject(f"lamps and world, {n} suns, {k} sources{told}", make, n), k))
     rows = []
     for subject, sources in subjects:
         path = _saved(studio, subject, sources)

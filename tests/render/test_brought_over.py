@@ -148,3 +148,13 @@ def test_a_linked_material_of_fewer_lamps_says_so(files, baked):
     scene = bpy.context.scene
     told = files.addon.following_lamps.warnings_about(scene, bpy.context.evaluated_depsgraph_get())
     assert told == ["Diffraction blazed: linked with only 1 of 2 lamps; make it local"]
+
+
+def test_a_linked_material_that_shows_left_out_lamps_says_so(files, skin):
+    """A linked group cannot get the nodes that see nothing of them."""
+    path = library(files, skin[0])
+    other_file(files)
+    bring_by_operator(path, "Object", "Plane", link=True)
+    assert bpy.ops.grating.count_lamp(lamp="Point") == {"FINISHED"}
+    told = files.addon.following_lamps.warnings_about(bpy.context.scene, bpy.context.evaluated_depsgraph_get())
+    assert told == ["Diffraction blazed: linked, so it shows lamps that you leave out; make it local"]

@@ -21,6 +21,8 @@ _HELD: dict[str, Callable[[Skin], object]] = {
     "ng_shadows": lambda it: it.group,
     "ng_lights": lambda it: it.group,
     "ng_sources": lambda it: it.group,
+    "ng_left_out": lambda it: it.group,
+    "ng_counts": lambda it: it.sun,
     "ng_frame": lambda it: it.second.group,
     "ng_variation": lambda it: it.group,
     "ng_footprint": lambda it: it.group,

@@ -93,6 +93,12 @@ def _diffraction_lamp(hand: Hand) -> Arguments:
     return {"size_mm": hand.random.choice((1.0, 10.0, 500.0)), "lamp": hand.name_in(bpy.context.scene.objects)}
 
 
+def _lamp(hand: Hand) -> str:
+    import bpy
+
+    return hand.name_in([thing for thing in bpy.context.scene.objects if thing.type == "LIGHT"])
+
+
 def _snake(hand: Hand) -> Arguments:
     held = {name: hand.item("add_snake", name) for name in ("species", "pose")}
     return held | {"faces": _FACES, "bones": hand.random.random() < 0.3}
@@ -146,6 +152,7 @@ BUTTONS: dict[str, tuple[int, Callable[[Hand], Arguments]]] = {
     "add_shed_skin": (1, lambda hand: {"species": hand.item("add_shed_skin", "species"), "faces": _FACES}),
     "add_sticker": (2, _sticker),
     "lights": (3, _one("lights", "lights")),
+    "count_lamp": (3, lambda hand: {"lamp": _lamp(hand)}),
     "choose_quality": (2, _one("choose_quality", "quality")),
     "comb": (3, _one("comb", "source")),
     "direction": (3, _direction),

@@ -161,7 +161,7 @@ def test_too_many_lamps_are_named(addon, scene):
     assert len(followed) == addon.find.LAMPS_MAX
     assert followed[0].name == "Sun" and followed[1].name == "P8"
     told = addon.find.unfollowed_features(scene, followed)
-    assert told == ["diffraction uses at most 8 lamps; left out: P0, P1"]
+    assert told == ["diffraction uses at most 8 lamps; left out: P0, P1; choose lamps in the panel's step Light"]
 
 
 def test_instanced_lamps_are_named(addon, scene):

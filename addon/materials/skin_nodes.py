@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The nodes in a Diffraction group (skin.py names the sockets and the choices of lights).
+
+    Shader = (1 - F + wd) Base + (1 - wd) s (sum over lamps of V Lo + closures) + face
+
+F is the Fresnel reflectance towards the viewer. Lo is the light that the response (response.py) sends to the viewer
+from one lamp (lamps/lamp_group.py). V is 1 where the surface sees the lamp, else 0. face: see plate_nodes.py.
+
+No light counts twice. In REST the closure of the scattered light is a perfect mirror around a random normal, black
+where its one direction leads to a followed lamp or source. A lamp's cone has a radius of sqrt(6) standard deviations of
+its disc: the corner of a square lamp, and 1.22 radii of a round one. The table and the closure share wide lamps. The
+closure is also black where its direction leads to a lamp that the artist leaves out, however wide."""
+
+from itertools import zip_longest
+
+import bpy
+
+from ..direction.tangent_frame import frame_nodes
+from ..gratings.lights_choice import ALL, LAMPS_ONLY, REST
+from ..lamps.find import LAMPS_MAX
+from ..lamps.lamp_group import Light, light_of
+from ..lamps.sky_nodes import source_light
+from ..nodes.builder import Operand, Tree, Value
+from ..nodes.interface import Socket
+from .footprint import with_footprint
+from .group_properties import (
+    counts_footprint,
+    frame_of,
+    left_out_in,
+    lights_of,
+    traces_shadows,
+    variation_of,
+)
+from .light_masks import is_lit, is_unseen
+from .response import (
+    IRRADIANCE,
+    NORMAL,
+    ROUGHNESS,
+    SETTINGS,
+    SHARP,
+    TANGENT,
+    TO_LIGHT,
+    VARIANCE,
+    ZERO_ORDER,
+    Response,
+    Shown,
+    is_opaque,
+)
+from .shadow import hit, ray_start
+from .variation_nodes import variation_nodes
+from .wide_lamps import left_by_table, table_share
+
+AOV_NAME = "Diffraction"
+
+
+def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps: list[bool], *, sources: int) -> None:
+    """Rebuild a Diffraction group's nodes for lamps and a number of sources."""
+    group.nodes.clear()
+    tree = Tree(group)
+    inputs = tree.inputs()
+    areas, turn = variation_nodes(tree, variation_of(group).of_others(len(responses) - 1))
+    responses = responses[: len(areas)]  # shares of further responses may be missing
+    if turn is not None:
+        inputs["Rotation"] = inputs["Rotation"] + turn
+    n, t = frame_nodes(tree, inputs, frame_of(group))
+    geometry = tree.node("ShaderNodeNewGeometry")
+    cos_r = tree.dot(tree.value(geometry.outputs["Incoming"]), n)
+    unseen = is_unseen(tree)
+    strength = inputs["Strength"] * (1.0 - inputs["Base Blend"])
+    settings = {socket: inputs[socket.name] for socket in SETTINGS}
+    start = ray_start(tree, geometry) if traces_shadows(group) else None
+    to_lamps = dict(settings)
+    if counts_footprint(group):
+        to_lamps[ROUGHNESS] = with_footprint(tree, settings[ROUGHNESS])
+    reliefs = list(enumerate(zip(responses, areas, strict=True), start=1))
+    # An unlinked node costs nothing. It keeps the response's World group in the file while it is unused.
+    lights = lights_of(group) if all(response.world is not None for response in responses) else LAMPS_ONLY
+    asked_of_world: dict[Socket, Operand] = {NORMAL: n, TANGENT: t, SHARP: float(lights == REST), **settings}
+    worlds = [(response.to_world(tree, asked_of_world, number=k), area) for k, (response, area) in reliefs]
+    zero_order = float(lights == LAMPS_ONLY)
+    lit_by = [light_of(tree, index, linked) for index, linked in enumerate(lamps)]
+    left_out: list[Light] = []
+    if lights == REST:
+        lit_by += [source_light(tree, index) for index in range(sources)]
+        left_out = [light_of(tree, LAMPS_MAX + index, False) for index in range(left_out_in(group))]
+    shares = [table_share(tree, light) for light in lit_by] if lights == REST else []
+    not_for_closures: list[tuple[Light, Value | float]] = [*zip(lit_by, shares, strict=False)]
+    not_for_closures += [(light, 1.0) for light in left_out]
+    coat: Shown | None = None
+    for light, share in zip_longest(lit_by, shares):
+        lit = is_lit(tree, light, n=n, cos_r=cos_r, unseen=unseen)
+        asked = {NORMAL: n, TANGENT: t, TO_LIGHT: light.direction, IRRADIANCE: light.irradiance}
+        asked |= {VARIANCE: light.variance, ZERO_ORDER: zero_order, **to_lamps}
+        answer: Shown | None = None
+        for k, (response, area) in reliefs:
+            shown = response.to_lamp(tree, asked, number=k).shown(strength)
+            answer = (shown if area is None else shown.dimmed(area)).added_to(answer)
+        assert answer is not None  # there is at least one response
+        if start is not None:
+            sees = 1.0 - light.casts_shadow * hit(tree, start, light.direction, distance=light.distance)
+            answer = answer.dimmed(sees)
+        coat = answer.dimmed(lit if share is None else lit * share).added_to(coat)
+    assert coat is not None  # there is at least one lamp input
+    shader = coat.shader if lights != ALL else None
+    for world, area in worlds if lights != LAMPS_ONLY else ():
+        assert world is not None  # otherwise lights is LAMPS_ONLY
+        rest = strength
+        if lights == REST:
+            rest = strength * (1.0 - unseen) * left_by_table(tree, not_for_closures, world.direction)
+        closures = world.closures(n, strength, rest)
+        shader = tree.add_shader(shader, closures if area is None else tree.mix_shader(area, None, closures))
+    if not all(map(is_opaque, responses)):
+        shader = tree.add_shader(shader, tree.mix_shader(tree.fresnel(inputs["IOR"], n), inputs["Base"], None))
+    shader = tree.add_shader(shader, tree.mix_shader(inputs["Base Blend"], None, inputs["Base"]))
+    radiance = coat.radiance * strength
+    tree.node("ShaderNodeOutputAOV", radiance, aov_name=AOV_NAME)
+    tree.output(shader, radiance)

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Object > Natural Gratings in the 3D view: the work's buttons as a menu, for the keyboard and for Menu Search (F3)."""
+
+import bpy
+
+from ..blender.guard import guarded, guarded_draw
+from ..operators.add_diffraction import AddDiffraction
+from ..operators.add_diffraction_lamp import AddDiffractionLamp
+from ..operators.add_hologram import AddHologram
+from ..operators.add_light_rig import AddLightRig
+from ..operators.assign import AssignToSelected
+from ..operators.bake_grating import BakeGrating
+from ..operators.bake_needs import BakeNeeds
+from ..operators.choose_direction import ChooseDirection
+from ..operators.choose_lights import ChooseLights
+from ..operators.comb_grating import CombGrating
+from ..operators.count_lamp import CountLamp
+from ..operators.import_height_map import ImportHeightMap
+from ..operators.mend import MendMaterials
+from ..operators.paint_input import PaintInput, UnpaintInput
+from ..operators.remove_diffraction import RemoveDiffraction
+from ..operators.show_direction import ShowDirection
+from ..operators.unwrap_meshes import Unwrap
+from ..operators.vary_grating import VaryGrating
+from ..operators.why_black import WhyBlack
+from .panel import SampleMenu
+
+# The groups of the menu, in the order of the panel's steps. A pair is an operator with the property that it asks for in
+# a submenu.
+_GROUPS = (
+    (ImportHeightMap, BakeGrating, BakeNeeds),
+    (AssignToSelected, AddDiffraction, RemoveDiffraction, MendMaterials),
+    (VaryGrating, (AddHologram, "pattern"), PaintInput, (UnpaintInput, "input")),
+    (ChooseDirection, (CombGrating, "source"), Unwrap, ShowDirection),
+    ((AddLightRig, "kind"), (ChooseLights, "lights"), CountLamp, AddDiffractionLamp),
+    (WhyBlack,),
+)
+# Operators that ask for more in a dialog or a file browser.
+_ASKING = (ImportHeightMap, VaryGrating, PaintInput, ChooseDirection)
+
+
+class ObjectMenu(bpy.types.Menu):
+    """Give objects natural gratings, and light them"""
+
+    bl_idname = "GRATING_MT_object"
+    bl_label = "Natural Gratings"
+
+    @guarded_draw
+    def draw(self, context):
+        layout = self.layout
+        layout.operator_context = "INVOKE_REGION_WIN"
+        layout.menu(SampleMenu.bl_idname)
+        for number, group in enumerate(_GROUPS):
+            if number:
+                layout.separator()
+            for entry in group:
+                if isinstance(entry, tuple):
+                    operator, name = entry
+                    text = "Lit by" if operator == ChooseLights else operator.bl_label  # as in the panel
+                    layout.operator_menu_enum(operator.bl_idname, name, text=text)
+                else:
+                    text = f"{entry.bl_label}..." if entry in _ASKING else entry.bl_label
+                    layout.operator(entry.bl_idname, text=text)
+
+
+@guarded
+def menu_entry(menu: bpy.types.Menu, _: bpy.types.Context) -> None:
+    """Draw the entry in the 3D view's menu Object."""
+    menu.layout.separator()
+    menu.layout.menu(ObjectMenu.bl_idname)
