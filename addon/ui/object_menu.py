@@ -8,6 +8,7 @@ from ..operators.add_diffraction import AddDiffraction
 from ..operators.add_diffraction_lamp import AddDiffractionLamp
 from ..operators.add_hologram import AddHologram
 from ..operators.add_light_rig import AddLightRig
+from ..operators.add_sticker import AddSticker
 from ..operators.assign import AssignToSelected
 from ..operators.bake_grating import BakeGrating
 from ..operators.bake_needs import BakeNeeds
@@ -29,7 +30,7 @@ from .panel import SampleMenu
 # a submenu.
 _GROUPS = (
     (ImportHeightMap, BakeGrating, BakeNeeds),
-    (AssignToSelected, AddDiffraction, RemoveDiffraction, MendMaterials),
+    (AssignToSelected, AddDiffraction, RemoveDiffraction, AddSticker, MendMaterials),
     (VaryGrating, (AddHologram, "pattern"), PaintInput, (UnpaintInput, "input")),
     (ChooseDirection, (CombGrating, "source"), Unwrap, ShowDirection),
     ((AddLightRig, "kind"), (ChooseLights, "lights"), CountLamp, AddDiffractionLamp),
