@@ -13,6 +13,7 @@ from .operators import (
     add_grating,
     add_hologram,
     add_light_rig,
+    add_node,
     add_preset,
     add_snake,
     add_sun,
@@ -34,7 +35,6 @@ from .operators import (
     new_material,
     osl_reference,
     paint_input,
-    remove_diffraction,
     remove_grating,
     show_direction,
     show_me,
@@ -57,6 +57,9 @@ CLASSES = (
     load_bake.LoadBake,
     add_grating.AddGrating,
     add_preset.AddPreset,
+    add_node.AddGratingNode,
+    add_node.AddPresetNode,
+    add_node.AddPatternNode,
     show_me.ShowMe,
     show_me.BackFromShow,
     make_assets.MakeAssets,
@@ -71,7 +74,7 @@ CLASSES = (
     new_material.NewDiffractionMaterial,
     assign.AssignToSelected,
     add_diffraction.AddDiffraction,
-    remove_diffraction.RemoveDiffraction,
+    add_diffraction.RemoveDiffraction,
     mend.MendMaterials,
     adopt.AdoptMaterials,
     add_sun.AddSun,
@@ -98,6 +101,7 @@ CLASSES = (
     folds.Folds,
     panel.PresetMenu,
     panel.SampleMenu,
+    add_node.NodeMenu,
     panel.GratingList,
     steps_panel.StepList,
     panel.GratingPanel,
@@ -130,6 +134,7 @@ def register() -> None:
     bpy.types.TOPBAR_MT_file_import.append(load_bake.menu_entry)
     bpy.types.VIEW3D_MT_light_add.append(add_diffraction_lamp.menu_entry)
     bpy.types.VIEW3D_MT_mesh_add.append(add_snake.menu_entry)
+    bpy.types.NODE_MT_shader_node_add_all.append(add_node.menu_entry)
     for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
         after.append(remembered_bakes.recall_bakes)
     handlers.register()
@@ -148,6 +153,7 @@ def unregister() -> None:
     handlers.unregister()
     for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
         after.remove(remembered_bakes.recall_bakes)
+    bpy.types.NODE_MT_shader_node_add_all.remove(add_node.menu_entry)
     bpy.types.VIEW3D_MT_mesh_add.remove(add_snake.menu_entry)
     bpy.types.VIEW3D_MT_light_add.remove(add_diffraction_lamp.menu_entry)
     bpy.types.TOPBAR_MT_file_import.remove(load_bake.menu_entry)

@@ -4,14 +4,13 @@
 from ..blender import stored
 from ..gratings.direction_source import FRAMES, KINDS, STORED
 from ..gratings.matter_fields import LAYERS
-from ..operators.add_diffraction import AddDiffraction
+from ..operators.add_diffraction import AddDiffraction, RemoveDiffraction
 from ..operators.add_hologram import AddHologram
 from ..operators.assign import AssignToSelected
 from ..operators.choose_direction import ChooseDirection
 from ..operators.comb_grating import CombGrating
 from ..operators.new_material import NewDiffractionMaterial
 from ..operators.paint_input import INPUTS, PaintInput, UnpaintInput
-from ..operators.remove_diffraction import RemoveDiffraction
 from ..operators.vary_grating import VaryGrating
 from .facts import GratingFacts
 

@@ -78,10 +78,10 @@ def hologram_summary(group: bpy.types.NodeTree) -> str:
     return " and ".join(labels) or LABELS[NONE]
 
 
-def fit_hologram(material: bpy.types.Material, meshes: Iterable[bpy.types.Object]) -> None:
-    """Fit the cells of a new material's hologram to the shape of the first mesh's UV map."""
+def fit_hologram(nodes: Iterable[bpy.types.Node], meshes: Iterable[bpy.types.Object]) -> None:
+    """Fit the cells of new Diffraction nodes' hologram to the shape of the first mesh's UV map."""
     mapped = next((mesh for mesh in meshes if mesh.data.uv_layers), None)
-    for node in diffraction_nodes(material):
+    for node in nodes:
         pattern = hologram_of(node)
         if pattern is not None and mapped is not None:
             pattern.inputs[ASPECT.name].default_value = uv_aspect(mapped)
@@ -100,7 +100,7 @@ def fit_adopted_hologram(material: bpy.types.Material) -> None:
     things = (thing for thing in bpy.data.objects if thing.type == "MESH" and not thing.data.is_editmode)
     meshes = [thing for thing in things if thing.data.uv_layers and material in _materials_of(thing)]
     if meshes:
-        fit_hologram(material, meshes)
+        fit_hologram(diffraction_nodes(material), meshes)
         del material[_UNFITTED]
 
 

@@ -2,6 +2,7 @@
 """Every operator of the extension with random arguments, for random sessions (steps_session.py)."""
 
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from random import Random
@@ -9,6 +10,8 @@ from random import Random
 from precompute.presets.presets import preset_names
 from precompute.surface.samples.catalogue import SAMPLES
 from precompute.surface.steps.pipeline import KINDS
+
+from .shader_editor import shader_editor
 
 # The scan of lying_scene.py, and a colour error at which it bakes in a moment.
 SIZE_UM, HEIGHT_NM, DELTA_E = 4.0, 100.0, 6.0
@@ -66,6 +69,12 @@ def _load_bake(hand: Hand) -> Arguments:
     return {"filepath": hand.random.choice((*paths, str(hand.scan), "/nowhere.exr"))}
 
 
+def _add_grating_node(hand: Hand) -> Arguments:
+    import bpy
+
+    return {"grating": hand.name_in(bpy.context.scene.natural_gratings.items)}
+
+
 def _vary(hand: Hand) -> Arguments:
     import bpy
 
@@ -116,6 +125,9 @@ BUTTONS: dict[str, tuple[int, Callable[[Hand], Arguments]]] = {
     "import_height_map": (4, _import),
     "add_grating": (2, _add_grating),
     "add_preset": (6, _add_preset),
+    "add_grating_node": (3, _add_grating_node),
+    "add_preset_node": (1, lambda hand: {"preset": hand.random.choice(preset_names())}),
+    "add_pattern_node": (2, _one("add_pattern_node", "pattern")),
     "show_me": (2, lambda hand: {"preset": hand.random.choice(_QUICK_SHOWS)}),
     "back_from_show": (1, _none),
     "load_bake": (2, _load_bake),
@@ -158,6 +170,7 @@ BUTTONS: dict[str, tuple[int, Callable[[Hand], Arguments]]] = {
 }
 # The operators that bake or transform the active grating's scan.
 _BAKING = ("bake", "needs", "osl_reference")
+_IN_SHADER_EDITOR = ("add_grating_node", "add_preset_node", "add_pattern_node")
 
 
 def press(name: str, hand: Hand) -> tuple[str, Callable[[], object]]:
@@ -169,7 +182,13 @@ def press(name: str, hand: Hand) -> tuple[str, Callable[[], object]]:
         _choose_quick(hand.scan)
     given = BUTTONS[name][1](hand)
     told = ", ".join(f"{key}={value!r}" for key, value in given.items())
-    return f"grating.{name}({told})", lambda: getattr(bpy.ops.grating, name)(**given)
+    around = shader_editor if name in _IN_SHADER_EDITOR else nullcontext
+    return f"grating.{name}({told})", lambda: _call(getattr(bpy.ops.grating, name), given, around)
+
+
+def _call(operator: Callable[..., object], given: Arguments, around: Callable[[], AbstractContextManager]) -> object:
+    with around():
+        return operator(**given)
 
 
 def _choose_quick(scan: Path) -> None:

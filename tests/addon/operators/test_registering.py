@@ -17,7 +17,12 @@ WARM = 10
 # Growth that the rounds after them may have. If each kept one of the presets' pictures, at Blender's 128 x 128 pixels
 # of 4 bytes, it would be 39 x 64 KiB = 2.4 MiB; half of that finds it. Measured: 0 to 16 KiB.
 BYTES_MAX = (TIMES - 1 - WARM) * 128 * 128 * 4 // 2
-MENUS = (bpy.types.TOPBAR_MT_file_import, bpy.types.VIEW3D_MT_light_add, bpy.types.VIEW3D_MT_mesh_add)
+MENUS = (
+    bpy.types.TOPBAR_MT_file_import,
+    bpy.types.VIEW3D_MT_light_add,
+    bpy.types.VIEW3D_MT_mesh_add,
+    bpy.types.NODE_MT_shader_node_add_all,
+)
 
 
 def handlers():
