@@ -10,7 +10,7 @@ from ..blender.guard import guarded_draw, guarded_item
 from ..gratings.bake_quality import QUALITIES, quality_of
 from ..operators.add_grating import AddGrating
 from ..operators.add_light_rig import AddLightRig
-from ..operators.add_preset import AddPreset
+from ..operators.add_preset import AddPreset, LoadPreset
 from ..operators.adopt import AdoptMaterials
 from ..operators.follows_bake import running_bake
 from ..operators.import_height_map import ImportHeightMap
@@ -64,6 +64,7 @@ class SampleMenu(bpy.types.Menu):
         self.layout.operator_context = "INVOKE_DEFAULT"
         self.layout.operator(AddGrating.bl_idname, text=f"{AddGrating.bl_label}...", icon="MOD_WAVE")
         self.layout.operator(LoadBake.bl_idname, text=f"{LoadBake.bl_label}...", icon="FILE_FOLDER")
+        self.layout.operator(LoadPreset.bl_idname, text=f"{LoadPreset.bl_label}...", icon="PRESET")
         self.layout.separator()
         self.layout.label(text="Samples")
         self.layout.operator_context = "EXEC_DEFAULT"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from random import Random
 
-from precompute.presets.presets import preset_names
+from precompute.presets.presets import FOLDER, preset_names
 from precompute.surface.samples.catalogue import SAMPLES
 from precompute.surface.steps.pipeline import KINDS
 
@@ -17,6 +17,7 @@ from .shader_editor import shader_editor
 SIZE_UM, HEIGHT_NM, DELTA_E = 4.0, 100.0, 6.0
 # The presets whose show has a mesh of a few faces. A snake costs seconds.
 _QUICK_SHOWS = ("cd", "record", "silver_foil", "mother_of_pearl")
+_PRESET_FILES = [str(FOLDER / f"{name}.json") for name in preset_names()]
 # The fewest faces that a snake can have.
 _FACES = 11_000
 
@@ -131,6 +132,7 @@ BUTTONS: dict[str, tuple[int, Callable[[Hand], Arguments]]] = {
     "show_me": (2, lambda hand: {"preset": hand.random.choice(_QUICK_SHOWS)}),
     "back_from_show": (1, _none),
     "load_bake": (2, _load_bake),
+    "load_preset": (2, lambda hand: {"filepath": hand.random.choice((*_PRESET_FILES, "/nowhere.json"))}),
     "make_assets": (1, lambda hand: {"presets": "unknown"}),
     "remove_assets": (1, lambda hand: {"directory": "/nowhere"}),
     "show_picture": (2, _one("show_picture", "kind")),
