@@ -129,6 +129,9 @@ def register() -> None:
     """Register all classes, the scene's gratings, the menu entries and `blender --command grating`."""
     global _command
     for cls in CLASSES:
+        if issubclass(cls, bpy.types.Operator) and cls.__doc__:
+            # As one line. Blender would break a tooltip where the source does, and not find its translation.
+            cls.bl_description = " ".join(cls.__doc__.split())  # type: ignore[union-attr]  # the stubs lack it
         bpy.utils.register_class(cls)
     bpy.types.Scene.natural_gratings = bpy.props.PointerProperty(type=grating.SceneGratings)  # type: ignore[func-returns-value]  # the stubs say it returns None
     setattr(bpy.types.WindowManager, preset_pictures.CHOSEN, preset_pictures.chosen_preset())

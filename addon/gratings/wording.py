@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Messages in an artist's words."""
+"""Messages in an artist's words, and in the language of Blender's interface."""
 
 from pathlib import Path
+
+from bpy.app.translations import pgettext_iface
 
 from ...precompute.base.failure import GratingError, Setting, Words, printable, spelled
 from .cache_folder import cache_folder
@@ -19,6 +21,28 @@ LABELS = {
     Setting.NEEDS: "Bake for This Scene",
     **{setting: f"the command line's {setting.value}" for setting in (Setting.MODEL, Setting.TERMS, Setting.PERIOD_NM)},
 }
+
+
+def translated(text: str, /, **values: object) -> str:
+    """A text in the language of Blender's interface. It names its values in braces, and a translation may order them
+    otherwise. `./dev bench texts --pot FILE` lists the texts for translators."""
+    found: str = pgettext_iface(text)  # type: ignore[func-returns-value, assignment]  # the stubs say it returns None
+    if not values:
+        return found
+    try:
+        return found.format(**values)
+    except (LookupError, ValueError, AttributeError):  # a faulty translation
+        return text.format(**values)
+
+
+def marked(text: str) -> str:
+    """The text itself, which is translated where it is shown. The list for translators finds it by this call."""
+    return text
+
+
+def counted(one: str, several: str, count: int, /, **values: object) -> str:
+    """A translated text for one thing, or for several, which names their number as {count}."""
+    return translated(one if count == 1 else several, count=count, **values)
 
 
 def in_words(message: GratingError | str) -> str:
