@@ -46,13 +46,14 @@ def counted(one: str, several: str, count: int, /, **values: object) -> str:
 
 
 def in_words(message: GratingError | str) -> str:
-    """A message as one printable line for an artist: settings have the names of the interface, and a file in the cache,
-    whose path takes more than 100 letters, has its name for its path."""
+    """A message as one printable line for an artist, translated as far as its texts are fixed: settings have the names
+    of the interface, and a file in the cache, whose path takes more than 100 letters, has its name for its path."""
     if isinstance(message, str):
-        return printable(message)
-    path = Path(message.what)
-    in_cache = path.is_relative_to(cache_folder())
-    return message.line(f"{path.name} in the cache" if in_cache else None, LABELS.__getitem__)
+        return printable(translated(message))
+    path, remedy = Path(message.what), message.remedy
+    remedy = translated(remedy) if isinstance(remedy, str) else remedy
+    what = translated("{name} in the cache", name=path.name) if path.is_relative_to(cache_folder()) else None
+    return GratingError(message.what, translated(message.fault), remedy).line(what, LABELS.__getitem__)
 
 
 def labelled(words: Words) -> str:

@@ -70,11 +70,13 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def template() -> str:
-    """The add-on's texts that can be translated, and the titles of the presets, as a gettext template."""
+    """The texts that can be translated, as a gettext template: the add-on's, the errors of precompute, which Blender
+    reports, and the titles of the presets."""
     places: dict[tuple[str, str], list[str]] = {}
-    for path in sorted((ROOT / "addon").rglob("*.py")):
+    for path in (path for folder in ("addon", "precompute") for path in sorted((ROOT / folder).rglob("*.py"))):
+        shown = path.is_relative_to(ROOT / "addon")
         for text in artist_texts(ast.parse(path.read_text(encoding="utf-8"))):
-            if text.is_fixed:
+            if text.is_fixed and (shown or text.kind == "error"):
                 place = f"{path.relative_to(ROOT).as_posix()}:{text.line}"
                 places.setdefault((text.context, text.text), []).append(place)
     for name in preset_names():

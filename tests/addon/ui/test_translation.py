@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import bpy
 import pytest
 
+from laboratory.benchmarks.hostile.shader_editor import shader_editor
 from laboratory.benchmarks.texts import template
 from tests.addon.layout import Layout, context_of
 
@@ -129,6 +130,18 @@ def test_a_grating_on_a_mesh_is_translated(scene, grating, addon, brackets, ligh
     bpy.ops.grating.vary(turn=0.3)
     bpy.ops.grating.hologram(pattern="CRYSTAL")
     assert drawn(addon, brackets, *panels(addon)).untranslated() == []
+
+
+def test_a_refusal_is_translated_as_far_as_its_texts_are_fixed(scene, addon, brackets):
+    scene.natural_gratings.items.add().name = "waves"
+    paint = bpy.data.materials.new("Paint")
+    addon.compat.enable_nodes(paint)
+    bpy.context.object.data.materials.append(paint)
+    told = r"waves: \[not baked yet\]; \[press Bake Grating first\]"
+    with shader_editor(), pytest.raises(RuntimeError, match=told):
+        bpy.ops.grating.add_grating_node()
+    error = addon.wording.GratingError("cd.json", "{", "add `title`")
+    assert addon.wording.in_words(error) == "cd.json: {; add `title`"
 
 
 def test_a_translation_may_order_values_and_a_faulty_one_is_not_used(addon, monkeypatch):
