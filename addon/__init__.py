@@ -13,6 +13,7 @@ from .operators import (
     add_grating,
     add_hologram,
     add_light_rig,
+    add_node,
     add_preset,
     add_snake,
     add_sticker,
@@ -36,7 +37,6 @@ from .operators import (
     new_material,
     osl_reference,
     paint_input,
-    remove_diffraction,
     remove_grating,
     show_direction,
     show_me,
@@ -57,8 +57,14 @@ CLASSES = (
     import_height_map.ImportHeightMap,
     import_height_map.DropHeightMap,
     load_bake.LoadBake,
+    load_bake.DropBake,
     add_grating.AddGrating,
     add_preset.AddPreset,
+    add_preset.LoadPreset,
+    add_preset.DropPreset,
+    add_node.AddGratingNode,
+    add_node.AddPresetNode,
+    add_node.AddPatternNode,
     show_me.ShowMe,
     show_me.BackFromShow,
     make_assets.MakeAssets,
@@ -73,7 +79,7 @@ CLASSES = (
     new_material.NewDiffractionMaterial,
     assign.AssignToSelected,
     add_diffraction.AddDiffraction,
-    remove_diffraction.RemoveDiffraction,
+    add_diffraction.RemoveDiffraction,
     mend.MendMaterials,
     adopt.AdoptMaterials,
     add_sun.AddSun,
@@ -103,6 +109,7 @@ CLASSES = (
     panel.PresetMenu,
     panel.SampleMenu,
     object_menu.ObjectMenu,
+    add_node.NodeMenu,
     panel.GratingList,
     steps_panel.StepList,
     panel.GratingPanel,
@@ -127,6 +134,9 @@ def register() -> None:
     """Register all classes, the scene's gratings, the menu entries and `blender --command grating`."""
     global _command
     for cls in CLASSES:
+        if issubclass(cls, bpy.types.Operator) and cls.__doc__:
+            # As one line. Blender would break a tooltip where the source does, and not find its translation.
+            cls.bl_description = " ".join(cls.__doc__.split())  # type: ignore[union-attr]  # the stubs lack it
         bpy.utils.register_class(cls)
     bpy.types.Scene.natural_gratings = bpy.props.PointerProperty(type=grating.SceneGratings)  # type: ignore[func-returns-value]  # the stubs say it returns None
     setattr(bpy.types.WindowManager, preset_pictures.CHOSEN, preset_pictures.chosen_preset())
@@ -136,6 +146,7 @@ def register() -> None:
     bpy.types.VIEW3D_MT_light_add.append(add_diffraction_lamp.menu_entry)
     bpy.types.VIEW3D_MT_mesh_add.append(add_snake.menu_entry)
     bpy.types.VIEW3D_MT_object.append(object_menu.menu_entry)
+    bpy.types.NODE_MT_shader_node_add_all.append(add_node.menu_entry)
     for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
         after.append(remembered_bakes.recall_bakes)
     handlers.register()
@@ -155,6 +166,7 @@ def unregister() -> None:
     for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
         after.remove(remembered_bakes.recall_bakes)
     bpy.types.VIEW3D_MT_object.remove(object_menu.menu_entry)
+    bpy.types.NODE_MT_shader_node_add_all.remove(add_node.menu_entry)
     bpy.types.VIEW3D_MT_mesh_add.remove(add_snake.menu_entry)
     bpy.types.VIEW3D_MT_light_add.remove(add_diffraction_lamp.menu_entry)
     bpy.types.TOPBAR_MT_file_import.remove(load_bake.menu_entry)

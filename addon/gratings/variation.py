@@ -6,6 +6,7 @@ from math import degrees
 from typing import Any
 
 from ..blender import stored
+from .wording import translated
 
 NOISE, ATTRIBUTE = "NOISE", "ATTRIBUTE"
 # Identifier, label and tooltip, as in Blender's enumerations.
@@ -53,8 +54,8 @@ class Variation:
         if self.shares:
             told.append(" + ".join(f"{share:.0%}" for share in (1.0 - sum(self.shares), *self.shares)))
         if self.turn:
-            told.append(f"turned by {degrees(self.turn):.3g}°")
-        return ", ".join(told) or "None"
+            told.append(translated("turned by {angle}", angle=f"{degrees(self.turn):.3g}°"))
+        return ", ".join(told) or translated("None")
 
     def as_property(self) -> dict[str, Any]:
         """The variation as a value for a custom property."""

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Messages in an artist's words."""
+"""Messages in an artist's words, and in the language of Blender's interface."""
 
 from pathlib import Path
+
+from bpy.app.translations import pgettext_iface
 
 from ...precompute.base.failure import GratingError, Setting, Words, printable, spelled
 from .cache_folder import cache_folder
@@ -21,14 +23,37 @@ LABELS = {
 }
 
 
+def translated(text: str, /, **values: object) -> str:
+    """A text in the language of Blender's interface. It names its values in braces, and a translation may order them
+    otherwise. `./dev bench texts --pot FILE` lists the texts for translators."""
+    found: str = pgettext_iface(text)  # type: ignore[func-returns-value, assignment]  # the stubs say it returns None
+    if not values:
+        return found
+    try:
+        return found.format(**values)
+    except (LookupError, ValueError, AttributeError):  # a faulty translation
+        return text.format(**values)
+
+
+def marked(text: str) -> str:
+    """The text itself, which is translated where it is shown. The list for translators finds it by this call."""
+    return text
+
+
+def counted(one: str, several: str, count: int, /, **values: object) -> str:
+    """A translated text for one thing, or for several, which names their number as {count}."""
+    return translated(one if count == 1 else several, count=count, **values)
+
+
 def in_words(message: GratingError | str) -> str:
-    """A message as one printable line for an artist: settings have the names of the interface, and a file in the cache,
-    whose path takes more than 100 letters, has its name for its path."""
+    """A message as one printable line for an artist, translated as far as its texts are fixed: settings have the names
+    of the interface, and a file in the cache, whose path takes more than 100 letters, has its name for its path."""
     if isinstance(message, str):
-        return printable(message)
-    path = Path(message.what)
-    in_cache = path.is_relative_to(cache_folder())
-    return message.line(f"{path.name} in the cache" if in_cache else None, LABELS.__getitem__)
+        return printable(translated(message))
+    path, remedy = Path(message.what), message.remedy
+    remedy = translated(remedy) if isinstance(remedy, str) else remedy
+    what = translated("{name} in the cache", name=path.name) if path.is_relative_to(cache_folder()) else None
+    return GratingError(message.what, translated(message.fault), remedy).line(what, LABELS.__getitem__)
 
 
 def labelled(words: Words) -> str:

@@ -39,8 +39,8 @@ def follows_world() -> bool:
 
 
 def linked_with_fewer_lamps(scene: bpy.types.Scene) -> list[str]:
-    """One warning line for each linked (so read-only) Diffraction group with fewer lamps than the scene follows, and one
-    for each that shows lamps which the artist leaves out."""
+    """One warning line for each linked (so read-only) Diffraction group with fewer lamps than the scene follows, and
+    one for each that shows lamps which the artist leaves out."""
     count, left_out = lamp_count(scene), left_out_count(scene)
     groups = [group for group in diffraction_groups() if group.library is not None]
     fewer = [(group.name, len(lamps_in(group))) for group in groups if len(lamps_in(group)) < count]

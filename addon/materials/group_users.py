@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 
 from ...precompute.base.failure import GratingError
+from ..gratings.wording import translated
 from .group_properties import diffraction_groups
 from .material import diffraction_nodes
 from .pictures import pictures_of
@@ -64,15 +65,17 @@ def _corners(thing: bpy.types.Object) -> np.ndarray:
 
 def on_objects(objects: list[bpy.types.Object]) -> str:
     """One line that names objects: "On: Snake, Ball and 3 more"."""
-    return f"On: {listed(objects)}" if objects else "On no object"
+    return translated("On: {names}", names=listed(objects)) if objects else translated("On no object")
 
 
 def listed(things: Iterable[bpy.types.ID]) -> str:
     """The names of data-blocks: "Sun, Lamp and 3 more"."""
     names = [thing.name for thing in things]
     if len(names) > _NAMES_MAX:
-        names = [*names[: _NAMES_MAX - 1], f"{len(names) - _NAMES_MAX + 1} more"]
-    return " and ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))
+        names = [*names[: _NAMES_MAX - 1], translated("{count} more", count=len(names) - _NAMES_MAX + 1)]
+    if len(names) < 2:
+        return "".join(names)
+    return translated("{names} and {last}", names=", ".join(names[:-1]), last=names[-1])
 
 
 def strays(scene: bpy.types.Scene) -> list[bpy.types.NodeTree]:

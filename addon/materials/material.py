@@ -22,7 +22,7 @@ _BEFORE = "ng_"
 # How far a Material Output moves to make room for a Diffraction node, in node editor units.
 _STEP = 220
 # The label of Diffraction nodes in materials, saved in files.
-_LABEL = "Diffraction"
+LABEL = "Diffraction"
 
 
 def new_diffraction_material(
@@ -43,7 +43,7 @@ def new_diffraction_material(
     skin.inputs["Roughness"].default_value = base_roughness
     # The diffraction replaces the specular reflection, so the skin keeps only its diffuse part.
     skin.inputs["Specular IOR Level"].default_value = 0.0
-    shader = tree.group(group, {"Base": tree.value(skin.outputs[0])}, label=_LABEL)["Shader"]
+    shader = tree.group(group, {"Base": tree.value(skin.outputs[0])}, label=LABEL)["Shader"]
     tree.node("ShaderNodeOutputMaterial", shader)
     arrange(material.node_tree)
     tell_cycles(material)
@@ -52,6 +52,13 @@ def new_diffraction_material(
 
 def check_can_add(material: bpy.types.Material) -> None:
     """Raise GratingError if diffraction cannot be added to a material."""
+    check_can_change(material)
+    if material.node_tree is not None and not _outputs(material):
+        raise GratingError(material.name, "it has no Material Output node", "add one, and link a shader to it")
+
+
+def check_can_change(material: bpy.types.Material) -> None:
+    """Raise GratingError if a material's nodes cannot be changed, or if it shows no nodes."""
     foreign = material.library or (material.override_library and material.override_library.reference.library)
     if foreign:
         raise GratingError(
@@ -59,8 +66,6 @@ def check_can_add(material: bpy.types.Material) -> None:
         )
     if material.is_grease_pencil:
         raise GratingError(material.name, "it draws strokes, which show no diffraction", "assign another material")
-    if material.node_tree is not None and not _outputs(material):
-        raise GratingError(material.name, "it has no Material Output node", "add one, and link a shader to it")
 
 
 def add_diffraction(material: bpy.types.Material, group: bpy.types.NodeTree) -> None:
@@ -81,7 +86,7 @@ def add_diffraction(material: bpy.types.Material, group: bpy.types.NodeTree) -> 
         if _shows_diffraction(output):
             continue
         surface = output.inputs["Surface"]
-        node = loose.pop() if loose else tree.node("ShaderNodeGroup", node_tree=group, label=_LABEL)
+        node = loose.pop() if loose else tree.node("ShaderNodeGroup", node_tree=group, label=LABEL)
         node.location = output.location
         output.location.x += _STEP
         if surface.is_linked:
@@ -164,7 +169,7 @@ def empty_nodes(material: bpy.types.Material | None) -> list[bpy.types.Node]:
     """The Diffraction nodes in a material's own node tree whose group was deleted."""
     tree = None if material is None else material.node_tree
     nodes = tree.nodes if tree is not None else ()
-    return [node for node in nodes if node.type == "GROUP" and node.node_tree is None and node.label == _LABEL]
+    return [node for node in nodes if node.type == "GROUP" and node.node_tree is None and node.label == LABEL]
 
 
 def _fill(node: bpy.types.Node, group: bpy.types.NodeTree) -> None:

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Adds a preset: a ready-made surface with its matter and the look of its material."""
+"""Adds a preset: a ready-made surface with its matter and the look of its material. It is one of the extension's, or
+an artist's own file."""
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty
+from bpy.props import BoolProperty, EnumProperty, StringProperty
 
 from ...precompute.base.failure import GratingError
+from .load_bake import LoadsFiles, takes_drops
 from .reports import report_added, report_failure, report_lines
 
 # Blender keeps no reference to the texts of a dynamic enumeration, so they are kept here. Read at the first use.
@@ -54,3 +56,32 @@ class AddPreset(bpy.types.Operator):
             except GratingError as error:
                 return report_failure(self, error)
         return report_added(self, lambda: [import_preset(context.scene, self.preset)])
+
+
+class LoadPreset(LoadsFiles, bpy.types.Operator):  # type: ignore[misc]  # both bases define `check`
+    """Add the surface of a preset's file to the scene's gratings, with its matter and the look of its material"""
+
+    bl_idname = "grating.load_preset"
+    bl_label = "Load Preset"
+    bl_options = {"REGISTER", "UNDO"}
+
+    filter_glob: StringProperty(default="*.json", options={"HIDDEN"})
+
+    def load(self, scene: bpy.types.Scene, path: str) -> list[str]:
+        from ..workflow.adding_presets import import_preset
+
+        return [import_preset(scene, path)]
+
+
+class DropPreset(bpy.types.FileHandler):
+    """Add the presets of files that are dropped on a 3D view or a shader editor"""
+
+    bl_idname = "GRATING_FH_preset"
+    bl_label = "Grating Preset"
+    bl_import_operator = LoadPreset.bl_idname
+    bl_file_extensions = ".json"
+
+    @classmethod
+    def poll_drop(cls, context):
+        """Whether a file may be dropped here."""
+        return takes_drops(context)

@@ -2,6 +2,7 @@
 """File > Import > Height Map, and files that are dropped on a 3D view."""
 
 from pathlib import Path
+from typing import Any
 
 import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, StringProperty
@@ -82,7 +83,7 @@ class ImportHeightMap(bpy.types.Operator, ImportHelper):
 
         if self.size_um not in (0.0, self.offered_um):
             return False
-        offer = offer_for(self._paths())
+        offer = offer_for(chosen_files(self))
         before = self.size_um
         self.size_um = self.offered_um = offer.width_um
         self.origin = offer.origin
@@ -97,14 +98,15 @@ class ImportHeightMap(bpy.types.Operator, ImportHelper):
         given = {"size_um": self.size_um, "height_nm": self.height_nm, "channel": self.channel}
         averaged = self.several == "AVERAGE"
         return report_added(
-            self, lambda: import_chosen(context.scene, self._paths(), averaged=averaged, origin=origin, **given)
+            self, lambda: import_chosen(context.scene, chosen_files(self), averaged=averaged, origin=origin, **given)
         )
 
-    def _paths(self) -> list[str]:
-        """The files that were chosen, or the one file that is named."""
-        names = [each.name for each in self.files if each.name]
-        # Joined only for several: a single path may be a sample, or set by a script.
-        return [str(Path(self.directory) / name) for name in names] if len(names) > 1 else [self.filepath]
+
+def chosen_files(operator: Any) -> list[str]:
+    """The files that were chosen in an operator's dialog or dropped, or the one file that is named."""
+    names = [each.name for each in operator.files if each.name]
+    # Joined only for several: a single path may be a sample, or set by a script.
+    return [str(Path(operator.directory) / name) for name in names] if len(names) > 1 else [operator.filepath]
 
 
 class DropHeightMap(bpy.types.FileHandler):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The row of the panel that puts the presets into the Asset Browser."""
 
+from ..gratings.wording import translated
 from ..operators.make_assets import MakeAssets, RemoveAssets
 
 
@@ -8,7 +9,7 @@ def draw_assets(layout) -> None:
     """Draw the button that writes the presets' asset library, or how far it is, and the button that removes it."""
     if MakeAssets.job is not None:
         stage, fraction = MakeAssets.job.progress()
-        layout.progress(factor=fraction, text=f"{stage} (Esc cancels)")
+        layout.progress(factor=fraction, text=translated("{stage} (Esc cancels)", stage=translated(stage)))
         return
     from ..assets.library import is_listed
 

@@ -4,6 +4,7 @@
 import bpy
 
 from ..blender.guard import guarded_draw
+from ..gratings.wording import translated
 from ..operators.bake_direction_map import BakeDirectionMap
 from ..operators.show_direction import ShowDirection
 from ..operators.unwrap_meshes import MINIMUM_STRETCH, XATLAS, Unwrap
@@ -52,7 +53,7 @@ def _draw_unwrap(layout, context) -> None:
     if has_xatlas():
         labels = {XATLAS: "Unwrap by xatlas"} | labels
     for method, label in labels.items():
-        button = column.operator(Unwrap.bl_idname, text=label, icon="UV")
+        button = column.operator(Unwrap.bl_idname, text=translated(label), icon="UV")
         button.method, button.size = method, settings.map_size
         button.padding, button.density = settings.map_padding, settings.map_density
     if XATLAS not in labels:
@@ -62,7 +63,7 @@ def _draw_unwrap(layout, context) -> None:
     elif context.active_object is not None and context.active_object.type == "MESH":
         mesh = context.active_object.data
         seconds = expected_seconds(len(mesh.loops) - 2 * len(mesh.polygons))
-        layout.label(text=f"xatlas takes about {in_words(seconds)}")
+        layout.label(text=translated("xatlas takes about {time}", time=in_words(seconds)))
 
 
 def in_words(seconds: float) -> str:

@@ -20,6 +20,7 @@ from ..gratings.grating import Grating
 from ..gratings.lights_choice import LAMPS_ONLY, NO_SAMPLE_SET
 from ..gratings.remembered_bakes import is_asked_otherwise
 from ..gratings.variation import Variation
+from ..gratings.wording import counted, marked, translated
 from ..lamps.find import brightest, instanced_lamps, lamps_of, unfollowed_features
 from ..lamps.follow import followed_lamps, is_on
 from ..lamps.rendered_lamps import rendered
@@ -35,7 +36,7 @@ from ..workflow.fitting_worlds import world_is_animated, world_is_fitted
 _MISSED_MIN = 0.01
 # Facts count as old after this many seconds, and this many times the time that finding them took.
 _OLD_SECONDS, _OLD_TIMES = 1.0, 50
-NOT_FITTED = "not fitted"
+NOT_FITTED = marked("not fitted")
 
 
 @dataclass(frozen=True)
@@ -216,14 +217,18 @@ def _world(scene: bpy.types.Scene) -> str:
     if scene.world is None or not follows_world():
         return ""
     if world_is_animated(scene):
-        return "animated, so its bright parts are noisy"
+        return translated("animated, so its bright parts are noisy")
     if not world_is_fitted(scene):
         return NOT_FITTED
     count = source_count(scene)
-    text = f"{count} bright spot{'s' * (count != 1)} without noise, the rest with noise" if count else "noisy"
-    if missed_share(scene) >= _MISSED_MIN:
-        text += f", {missed_share(scene):.0%} of bright light not fitted, so noisy"
-    return text
+    one = "{count} bright spot without noise, the rest with noise"
+    text = (
+        counted(one, "{count} bright spots without noise, the rest with noise", count) if count else translated("noisy")
+    )
+    if missed_share(scene) < _MISSED_MIN:
+        return text
+    share = f"{missed_share(scene):.0%}"
+    return translated("{text}, {share} of bright light not fitted, so noisy", text=text, share=share)
 
 
 def _of_grating(grating: Grating) -> GratingFacts:
@@ -251,5 +256,5 @@ def _of_grating(grating: Grating) -> GratingFacts:
         variation=variation_of(group).summary,
         hologram=hologram_summary(group),
         crowded=tuple(crowded(group)),
-        no_set=f"{grating.name}: {NO_SAMPLE_SET}" if lacks_set else "",
+        no_set=f"{grating.name}: {translated(NO_SAMPLE_SET)}" if lacks_set else "",
     )

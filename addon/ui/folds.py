@@ -13,7 +13,7 @@ DETAILS, FINDINGS = "details", "findings"
 def fold_of(step: str, state: str) -> str:
     """The name of the property that tells whether a step is open. A step has one for each of its states, so that it
     opens when its turn comes and folds when it is done, and stays as the artist leaves it in between."""
-    return f"{step.split()[-1].lower()}_{state}"
+    return f"{step.lower()}_{state}"
 
 
 class Folds(bpy.types.PropertyGroup):

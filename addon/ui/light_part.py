@@ -3,7 +3,7 @@
 
 from ..blender import compat
 from ..gratings.lights_choice import ALL, LAMPS_ONLY, LIGHTS, REST
-from ..gratings.wording import in_words
+from ..gratings.wording import in_words, marked, translated
 from ..operators.add_diffraction_lamp import AddDiffractionLamp
 from ..operators.add_light_rig import AddLightRig
 from ..operators.choose_lights import ChooseLights
@@ -36,7 +36,7 @@ def draw_light(layout, context, grating, *, facts: Facts) -> None:
     chosen = next(label for name, label, _ in LIGHTS if name == lights)
     row = layout.row()
     row.label(text="Lit by")
-    row.operator_menu_enum(ChooseLights.bl_idname, "lights", text=chosen)
+    row.operator_menu_enum(ChooseLights.bl_idname, "lights", text=translated(chosen))
     if facts.grating.no_set:
         lights = LAMPS_ONLY
     column = layout.column(align=True)
@@ -45,13 +45,16 @@ def draw_light(layout, context, grating, *, facts: Facts) -> None:
     for lamp in scene.others[:_OTHERS_MAX]:
         _draw_lamp(column, lamp, counts=lights == ALL, can_choose=lights != ALL)
     if len(scene.others) > _OTHERS_MAX:
-        more = f"and {len(scene.others) - _OTHERS_MAX} more; select one and use Object > Natural Gratings"
+        more = translated(
+            "and {count} more; select one and use Object > Natural Gratings", count=len(scene.others) - _OTHERS_MAX
+        )
         draw_note(column, context, more)
     if lights == REST and scene.world:
         _draw_world(column, context, scene.world)
     if not scene.lamps and lights == LAMPS_ONLY:
-        which = "All lamps are left out" if scene.others else "The scene has no lamp"
-        draw_note(column, context, f"{which}, so the diffraction is black", icon="INFO")
+        left_out = marked("All lamps are left out, so the diffraction is black")
+        none = marked("The scene has no lamp, so the diffraction is black")
+        draw_note(column, context, left_out if scene.others else none, icon="INFO")
     for line in facts.scene.features:
         draw_note(column, context, line, icon="INFO")
     note = layout.column(align=True)
@@ -72,7 +75,8 @@ def draw_warnings(layout, context, facts: Facts) -> None:
         draw_note(column, context, line, icon="ERROR")
     if facts.scene.instanced:
         names = ", ".join(facts.scene.instanced)
-        draw_note(column, context, f"Instanced: {names}; Apply > Make Instances Real", icon="ERROR")
+        text = translated("Instanced: {names}; Apply > Make Instances Real", names=names)
+        draw_note(column, context, text, icon="ERROR")
     for line in facts.scene.wrong:
         draw_note(column, context, line, icon="ERROR")
     if facts.scene.can_be_mended:
@@ -87,14 +91,15 @@ def _draw_lamp(column, lamp: LampFact, *, counts: bool, can_choose: bool) -> Non
         row.operator(CountLamp.bl_idname, text="", icon=icon, emboss=False).lamp = lamp.name
     row = row.row()
     row.active = counts and not lamp.hidden
-    row.label(text=f"{lamp.name} (hidden)" if lamp.hidden else lamp.name, icon=_ICONS[lamp.kind])
+    name = translated("{name} (hidden)", name=lamp.name) if lamp.hidden else lamp.name
+    row.label(text=name, icon=_ICONS[lamp.kind], translate=False)
 
 
 def _draw_world(column, context, text: str) -> None:
     """Draw how the scene's world lights the diffraction."""
     if is_fitting():
-        text = "finding its bright spots ..."
-    draw_note(column, context, f"{context.scene.world.name}: {text}", icon="WORLD")
+        text = translated("finding its bright spots ...")
+    draw_note(column, context, f"{context.scene.world.name}: {translated(text)}", icon="WORLD")
     if text == NOT_FITTED:
         if (failure := last_failure(context.scene)) is not None:
             draw_note(column, context, in_words(failure), icon="ERROR")

@@ -4,7 +4,8 @@
 from ..blender import stored
 from ..gratings.direction_source import FRAMES, KINDS, STORED
 from ..gratings.matter_fields import LAYERS
-from ..operators.add_diffraction import AddDiffraction
+from ..gratings.wording import translated
+from ..operators.add_diffraction import AddDiffraction, RemoveDiffraction
 from ..operators.add_hologram import AddHologram
 from ..operators.add_sticker import AddSticker
 from ..operators.assign import AssignToSelected
@@ -12,7 +13,6 @@ from ..operators.choose_direction import ChooseDirection
 from ..operators.comb_grating import CombGrating
 from ..operators.new_material import NewDiffractionMaterial
 from ..operators.paint_input import INPUTS, PaintInput, UnpaintInput
-from ..operators.remove_diffraction import RemoveDiffraction
 from ..operators.vary_grating import VaryGrating
 from .facts import GratingFacts
 
@@ -44,7 +44,7 @@ def draw_look(layout, context, grating, *, facts: GratingFacts) -> None:
     column.operator(NewDiffractionMaterial.bl_idname, icon="MATERIAL")
     draw_stickers(column.row(align=True))
     if facts.objects:
-        layout.label(text=facts.objects, icon="OBJECT_DATA")
+        layout.label(text=facts.objects, icon="OBJECT_DATA", translate=False)
 
 
 def draw_stickers(layout):
@@ -93,7 +93,8 @@ def _draw_dials(layout, node, *, is_dielectric: bool) -> None:
         row = column.row(align=True)
         painted = paint_of(socket) is not None
         if socket.is_linked:
-            row.label(text=f"{word}: {'painted' if painted else 'by nodes'}", icon="NODETREE")
+            text = "{input}: painted" if painted else "{input}: by nodes"
+            row.label(text=translated(text, input=translated(word)), icon="NODETREE")
         else:
             row.prop(socket, "default_value", text=word)
         if name in _PAINTED and (painted or not socket.is_linked):
@@ -107,18 +108,18 @@ def _draw_choices(layout, grating, facts: GratingFacts) -> None:
     chosen = {name: label for name, label, _ in KINDS}[stored.choice(grating.frame_kind, FRAMES, STORED)]
     row = column.row()
     row.label(text="Direction")
-    row.operator(ChooseDirection.bl_idname, text=chosen, icon="ORIENTATION_LOCAL")
+    row.operator(ChooseDirection.bl_idname, text=translated(chosen), icon="ORIENTATION_LOCAL")
     row = column.row()
     row.label(text="Variation")
     row.operator(VaryGrating.bl_idname, text=facts.variation, icon="MOD_NOISE")
     row = column.row()
     row.label(text="Pattern")
-    row.operator_menu_enum(AddHologram.bl_idname, "pattern", text=facts.hologram, icon="MESH_GRID")
+    row.operator_menu_enum(AddHologram.bl_idname, "pattern", text=translated(facts.hologram), icon="MESH_GRID")
 
 
 def _draw_comb(layout) -> None:
     if CombGrating.job is not None:
         stage, fraction = CombGrating.job.progress()
-        layout.progress(factor=fraction, text=f"{stage} (Esc cancels)")
+        layout.progress(factor=fraction, text=translated("{stage} (Esc cancels)", stage=translated(stage)))
     else:
         layout.operator_menu_enum(CombGrating.bl_idname, "source", text=CombGrating.bl_label, icon="FORCE_WIND")

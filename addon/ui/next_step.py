@@ -11,6 +11,7 @@ from ..direction.uv_maps import has_uv_map
 from ..gratings.direction_source import AXIS
 from ..gratings.grating import Grating
 from ..gratings.lights_choice import ALL, LAMPS_ONLY
+from ..gratings.wording import counted, marked, translated
 from ..operators.add_light_rig import AddLightRig
 from ..operators.assign import AssignToSelected
 from ..operators.bake_grating import BakeGrating
@@ -18,7 +19,7 @@ from ..operators.choose_direction import ChooseDirection
 from ..operators.why_black import MendCause
 from .facts import Facts
 
-SURFACE, LOOK, LIGHT, QUALITY = "1 Surface", "2 Look", "3 Light", "4 Quality"
+SURFACE, LOOK, LIGHT, QUALITY = marked("Surface"), marked("Look"), marked("Light"), marked("Quality")
 # The states of a step.
 DONE, NOW, LATER = STATES = "done", "now", "later"
 
@@ -50,11 +51,12 @@ def next_step(context: bpy.types.Context, grating: Grating, facts: Facts) -> Nex
         source = grating.frame_source()
         bare = [thing.name for thing in chosen if not has_uv_map(thing.data, source)]
         if bare:
+            sentence = translated("{names}: no UV map that gives a direction", names=", ".join(bare))
             return Next(
-                LOOK, f"{', '.join(bare)}: no UV map that gives a direction", ChooseDirection.bl_idname,
+                LOOK, sentence, ChooseDirection.bl_idname,
                 text="Use the Object's Z Axis", icon="ORIENTATION_LOCAL", properties={"kind": AXIS, "axis": "Z"},
             )  # fmt: skip
-        text = f"Assign to {chosen[0].name}" if len(chosen) == 1 else f"Assign to {len(chosen)} Meshes"
+        text = counted("Assign to {name}", "Assign to {count} Meshes", len(chosen), name=chosen[0].name)
         return Next(LOOK, operator=AssignToSelected.bl_idname, text=text, icon="BRUSH_DATA")
     if not is_lit(grating, facts):
         return Next(

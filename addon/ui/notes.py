@@ -3,15 +3,17 @@
 
 import textwrap
 
+from ..gratings.wording import translated
+
 # Mean width of a letter, and width of icon and margins, in pixels at an interface scale of 1.
 _LETTER, _MARGINS = 6.5, 55
 
 
 def draw_note(layout, context, text: str, *, icon: str = "NONE") -> None:
-    """Draw a sentence, wrapped to the sidebar's width."""
+    """Draw a sentence in the interface's language, wrapped to the sidebar's width."""
     width = context.region.width / context.preferences.system.ui_scale - _MARGINS
-    for line in textwrap.wrap(text, max(16, int(width / _LETTER))):
-        layout.label(text=line, icon=icon)
+    for line in textwrap.wrap(translated(text), max(16, int(width / _LETTER))):
+        layout.label(text=line, icon=icon, translate=False)
         icon = "BLANK1" if icon != "NONE" else icon
 
 

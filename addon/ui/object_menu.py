@@ -4,7 +4,7 @@
 import bpy
 
 from ..blender.guard import guarded, guarded_draw
-from ..operators.add_diffraction import AddDiffraction
+from ..operators.add_diffraction import AddDiffraction, RemoveDiffraction
 from ..operators.add_diffraction_lamp import AddDiffractionLamp
 from ..operators.add_hologram import AddHologram
 from ..operators.add_light_rig import AddLightRig
@@ -19,7 +19,6 @@ from ..operators.count_lamp import CountLamp
 from ..operators.import_height_map import ImportHeightMap
 from ..operators.mend import MendMaterials
 from ..operators.paint_input import PaintInput, UnpaintInput
-from ..operators.remove_diffraction import RemoveDiffraction
 from ..operators.show_direction import ShowDirection
 from ..operators.unwrap_meshes import Unwrap
 from ..operators.vary_grating import VaryGrating

@@ -8,9 +8,10 @@ import bpy
 
 from ..blender.guard import guarded_draw, guarded_item
 from ..gratings.bake_quality import QUALITIES, quality_of
+from ..gratings.wording import counted, marked, translated
 from ..operators.add_grating import AddGrating
 from ..operators.add_light_rig import AddLightRig
-from ..operators.add_preset import AddPreset
+from ..operators.add_preset import AddPreset, LoadPreset
 from ..operators.adopt import AdoptMaterials
 from ..operators.follows_bake import running_bake
 from ..operators.import_height_map import ImportHeightMap
@@ -62,8 +63,9 @@ class SampleMenu(bpy.types.Menu):
         self.layout.menu(PresetMenu.bl_idname, icon="PRESET")
         self.layout.operator_menu_enum(ShowMe.bl_idname, "preset", icon="HIDE_OFF")
         self.layout.operator_context = "INVOKE_DEFAULT"
-        self.layout.operator(AddGrating.bl_idname, text=f"{AddGrating.bl_label}...", icon="MOD_WAVE")
-        self.layout.operator(LoadBake.bl_idname, text=f"{LoadBake.bl_label}...", icon="FILE_FOLDER")
+        self.layout.operator(AddGrating.bl_idname, text="Grating by Parameters...", icon="MOD_WAVE")
+        self.layout.operator(LoadBake.bl_idname, text="Load Bake...", icon="FILE_FOLDER")
+        self.layout.operator(LoadPreset.bl_idname, text="Load Preset...", icon="PRESET")
         self.layout.separator()
         self.layout.label(text="Samples")
         self.layout.operator_context = "EXEC_DEFAULT"
@@ -118,19 +120,25 @@ class _Drawn(_Panel):
         draw_warnings(layout, context, facts)
         for line in noticed_outside(context.scene):
             draw_note(layout, context, line, icon="ERROR")
-        quality = next((each.label for each in QUALITIES if each.name == quality_of(grating)), "Custom")
+        quality = next((each.label for each in QUALITIES if each.name == quality_of(grating)), marked("Custom"))
         lamps = sum(not lamp.hidden for lamp in facts.scene.lamps)
         parts = (
             (SURFACE, _period(grating), lambda body: draw_surface(body, context, grating, facts=facts.grating)),
             (LOOK, facts.grating.objects, lambda body: draw_look(body, context, grating, facts=facts.grating)),
-            (LIGHT, f"{lamps} lamp{'s' * (lamps != 1)}", lambda body: draw_light(body, context, grating, facts=facts)),
+            (
+                LIGHT,
+                counted("{count} lamp", "{count} lamps", lamps),
+                lambda body: draw_light(body, context, grating, facts=facts),
+            ),
             (QUALITY, quality, lambda body: draw_quality(body, context, grating)),
         )
         for step, text, draw in parts:
             state = state_of(step, following)
             header, body = layout.panel_prop(folds(context), fold_of(step, state))
-            title = step[2:]
-            header.label(text=f"{title}: {text}" if text else title, icon="CHECKMARK" if state == DONE else "NONE")
+            title = translated(step)
+            header.label(
+                text=f"{title}: {translated(text)}" if text else title, icon="CHECKMARK" if state == DONE else "NONE"
+            )
             if body is not None:
                 draw(body)
 
@@ -189,7 +197,8 @@ class ReferencePanel(bpy.types.Panel):
         self.layout.operator(NewOslReference.bl_idname, icon="SHADING_RENDERED")
         missing = missing_for_osl(context.scene)
         if missing:
-            draw_note(self.layout, context, missing[0].upper() + missing[1:], icon="INFO")
+            text = translated(missing)
+            draw_note(self.layout, context, text[0].upper() + text[1:], icon="INFO")
 
 
 def _draw_start(layout, context) -> None:
@@ -198,14 +207,14 @@ def _draw_start(layout, context) -> None:
     chosen_preset = getattr(manager, CHOSEN)
     layout.template_icon_view(manager, CHOSEN, show_labels=True, scale=_PICTURE, scale_popup=_PICTURE_IN_LIST)
     title = next((title for name, title, *_ in presets_with_pictures(manager, context) if name == chosen_preset), "")
-    layout.label(text=title)
+    layout.label(text=translated(title))
     column = layout.column(align=True)
     column.scale_y = _LARGE
     column.operator(ShowMe.bl_idname, icon="HIDE_OFF").preset = chosen_preset
     chosen = [thing for thing in context.selected_objects if thing.type == "MESH"]
-    text = "Add to This Scene"
+    text = translated("Add to This Scene")
     if chosen:
-        text = f"Put on {chosen[0].name}" if len(chosen) == 1 else f"Put on {len(chosen)} Meshes"
+        text = counted("Put on {name}", "Put on {count} Meshes", len(chosen), name=chosen[0].name)
     button = column.operator(AddPreset.bl_idname, text=text, icon="BRUSH_DATA")
     button.preset, button.assign = chosen_preset, bool(chosen)
     row = layout.row(align=True)
@@ -221,7 +230,7 @@ def _draw_start(layout, context) -> None:
 def _draw_strays(layout, context, facts: SceneFacts) -> None:
     """Draw which diffraction materials are not in the list, and the button that adopts them."""
     if facts.strays:
-        draw_note(layout, context, f"Not in the list: {', '.join(facts.strays)}", icon="INFO")
+        draw_note(layout, context, translated("Not in the list: {names}", names=", ".join(facts.strays)), icon="INFO")
         layout.operator(AdoptMaterials.bl_idname, icon="IMPORT")
     for line in facts.linked:
         draw_note(layout, context, line, icon="INFO")
@@ -231,7 +240,7 @@ def _draw_next(layout, context, following: Next | None) -> None:
     """Draw what to do next, or the bake that is running."""
     if (job := running_bake()) is not None:
         stage, fraction = job.progress()
-        layout.progress(factor=fraction, text=f"{stage} (Esc cancels)")
+        layout.progress(factor=fraction, text=translated("{stage} (Esc cancels)", stage=translated(stage)))
         return
     if following is not None:
         _draw_button(layout, context, following)
@@ -252,7 +261,7 @@ def _draw_button(layout, context, following: Next) -> None:
         # setting counts for all of the panel, also for the buttons below.
         invoked = row.operator_context
         row.operator_context = "EXEC_DEFAULT" if following.properties else invoked
-        button = row.operator(following.operator, text=following.text, icon=following.icon)
+        button = row.operator(following.operator, text=translated(following.text), icon=following.icon)
         for name, value in following.properties.items():
             setattr(button, name, value)
         row.operator_context = invoked
@@ -263,5 +272,6 @@ def _period(grating) -> str:
     for line in grating.summary.splitlines():
         if line.startswith("period "):
             period_nm = float(line.split()[1])
-            return f"{period_nm:.0f} nm, {1e6 / period_nm:.0f} lines/mm"
+            numbers = {"period": f"{period_nm:.0f}", "lines": f"{1e6 / period_nm:.0f}"}
+            return translated("{period} nm, {lines} lines/mm", **numbers)
     return ""

@@ -2,6 +2,7 @@
 """The panel's step Quality: how exact the bake is, its memory, and the material's switches."""
 
 from ..gratings.bake_quality import QUALITIES, quality_of
+from ..gratings.wording import translated
 from ..operators.bake_grating import BakeGrating
 from ..operators.bake_needs import BakeNeeds
 from ..operators.choose_quality import ChooseQuality
@@ -15,7 +16,9 @@ def draw_quality(layout, context, grating) -> None:
     row = layout.row(align=True)
     chosen = quality_of(grating)
     for each in QUALITIES:
-        row.operator(ChooseQuality.bl_idname, text=each.label, depress=each.name == chosen).quality = each.name
+        row.operator(
+            ChooseQuality.bl_idname, text=translated(each.label), depress=each.name == chosen
+        ).quality = each.name
     if running_bake() is None:
         row = layout.row(align=True)
         row.operator(BakeGrating.bl_idname, icon="RENDER_STILL")

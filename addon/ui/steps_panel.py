@@ -5,7 +5,7 @@ import bpy
 
 from ...precompute.base.failure import GratingError
 from ..blender.guard import guarded_item
-from ..gratings.wording import in_words
+from ..gratings.wording import in_words, translated
 from ..operators.level_steps import AddLevellingStep, LevellingAsText, MoveLevellingStep, RemoveLevellingStep
 from .facts import GratingFacts
 from .notes import draw_note
@@ -39,7 +39,7 @@ def draw_steps(layout, context, grating, *, several: bool) -> None:
     if not grating.source:  # no scan: the grating was made from a bake
         return
     header, body = layout.panel("GRATING_PT_levelling", default_closed=True)
-    header.label(text=f"Levelling: {grating.levelling}")
+    header.label(text=translated("Levelling: {steps}", steps=grating.levelling))
     if body is None:
         return
     buttons = body.row(align=True)
@@ -63,9 +63,9 @@ def draw_scans(layout, context, facts: GratingFacts) -> None:
         draw_note(layout, context, in_words(facts.fault), icon="ERROR")
     column = layout.column(align=True)
     for name in facts.scans[:_FILES_MAX]:
-        column.label(text=name, icon="FILE")
+        column.label(text=name, icon="FILE", translate=False)
     if len(facts.scans) > _FILES_MAX:
-        column.label(text=f"and {len(facts.scans) - _FILES_MAX} more", icon="BLANK1")
+        column.label(text=translated("and {count} more", count=len(facts.scans) - _FILES_MAX), icon="BLANK1")
 
 
 def _draw_arguments(layout, grating) -> None:
@@ -108,4 +108,5 @@ def draw_preview(layout, context, grating, *, several: bool) -> None:
         warned = line.startswith(WARNING)
         draw_note(notes, context, line.removeprefix(WARNING), icon="ERROR" if warned else "INFO")
     if found.every > 1:
-        draw_note(notes, context, f"The preview shows 1 pixel in {found.every} along x and y. The bake uses all pixels")
+        text = "The preview shows 1 pixel in {every} along x and y. The bake uses all pixels"
+        draw_note(notes, context, translated(text, every=found.every))

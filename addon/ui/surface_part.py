@@ -4,7 +4,7 @@
 import re
 
 from ...precompute.base.failure import Setting
-from ..gratings.wording import LABELS
+from ..gratings.wording import LABELS, translated
 from ..operators.level_steps import AddLevellingStep
 from ..operators.show_picture import KINDS, ShowPicture
 from .facts import GratingFacts
@@ -39,7 +39,7 @@ def draw_pictures(layout, grating) -> None:
     row = layout.row(align=True)
     for name, label, _ in KINDS:
         if name in kinds:
-            row.operator(ShowPicture.bl_idname, text=label).kind = name
+            row.operator(ShowPicture.bl_idname, text=translated(label)).kind = name
 
 
 def draw_rating(layout, context, grating) -> None:
@@ -48,7 +48,7 @@ def draw_rating(layout, context, grating) -> None:
         return
     light, *findings = grating.quality.splitlines()
     header, body = layout.panel_prop(folds(context), FINDINGS) if findings else (layout.row(), None)
-    header.label(text=f"Scan: {light}", icon=_LIGHT_ICONS.get(light, "QUESTION"))
+    header.label(text=translated("Scan: {rating}", rating=translated(light)), icon=_LIGHT_ICONS.get(light, "QUESTION"))
     if body is not None:
         column = body.column(align=True)
         for finding in findings:
@@ -57,7 +57,8 @@ def draw_rating(layout, context, grating) -> None:
     present = {step.text.partition(":")[0] for step in grating.steps}
     for kind in (kind for finding in findings for kind in _steps_in(finding)):
         if kind not in present:
-            button = layout.operator(AddLevellingStep.bl_idname, text=f"Add {kind.capitalize()} Step", icon="ADD")
+            text = translated("Add {kind} Step", kind=kind.capitalize())
+            button = layout.operator(AddLevellingStep.bl_idname, text=text, icon="ADD")
             button.kind = kind
 
 

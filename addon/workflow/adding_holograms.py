@@ -10,6 +10,7 @@ from ...precompute.base.failure import GratingError
 from ..direction.uv_aspect import uv_aspect
 from ..gratings.baked_region import noted_region
 from ..gratings.direction_source import KINDS, STORED, UV_MAP
+from ..gratings.wording import translated
 from ..materials.group_properties import frame_of
 from ..materials.group_users import materials_with, shown_by
 from ..materials.holograms.hologram_nodes import hologram_of, put_hologram, remove_hologram
@@ -75,13 +76,16 @@ def hologram_summary(group: bpy.types.NodeTree) -> str:
     nodes = [node for material in materials_with(group) for node in diffraction_nodes(material)]
     patterns = (hologram_of(node) for node in nodes if node.node_tree == group)
     labels = dict.fromkeys(LABELS[pattern_of(each.node_tree)] for each in patterns if each is not None)
-    return " and ".join(labels) or LABELS[NONE]
+    first, *others = map(translated, labels or [LABELS[NONE]])
+    for each in others:
+        first = translated("{names} and {last}", names=first, last=each)
+    return first
 
 
-def fit_hologram(material: bpy.types.Material, meshes: Iterable[bpy.types.Object]) -> None:
-    """Fit the cells of a new material's hologram to the shape of the first mesh's UV map."""
+def fit_hologram(nodes: Iterable[bpy.types.Node], meshes: Iterable[bpy.types.Object]) -> None:
+    """Fit the cells of new Diffraction nodes' hologram to the shape of the first mesh's UV map."""
     mapped = next((mesh for mesh in meshes if mesh.data.uv_layers), None)
-    for node in diffraction_nodes(material):
+    for node in nodes:
         pattern = hologram_of(node)
         if pattern is not None and mapped is not None:
             pattern.inputs[ASPECT.name].default_value = uv_aspect(mapped)
@@ -100,7 +104,7 @@ def fit_adopted_hologram(material: bpy.types.Material) -> None:
     things = (thing for thing in bpy.data.objects if thing.type == "MESH" and not thing.data.is_editmode)
     meshes = [thing for thing in things if thing.data.uv_layers and material in _materials_of(thing)]
     if meshes:
-        fit_hologram(material, meshes)
+        fit_hologram(diffraction_nodes(material), meshes)
         del material[_UNFITTED]
 
 

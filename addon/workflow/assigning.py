@@ -28,10 +28,16 @@ def assign_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) ->
     seams = _seams(objects, meshes, grating)
     former, material = grating.material, working_material(scene, grating)
     if material != former:
-        fit_hologram(material, meshes)
+        fit_hologram(diffraction_nodes(material), meshes)
     selection = Selection(objects)
     kept = [line for mesh in meshes if (line := _put_in_active_slot(selection, mesh, material))]
-    return [f"{material.name}: on {_names(meshes)}", *seams, *_prepared(meshes, grating), *kept, *_further(scene)]
+    return [
+        f"{material.name}: on {_names(meshes)}",
+        *seams,
+        *prepared(meshes, grating),
+        *kept,
+        *further(scene, grating),
+    ]
 
 
 def add_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> list[str]:
@@ -57,9 +63,9 @@ def add_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> li
         is_first = not (diffraction_nodes(material) or empty_nodes(material))
         add_diffraction(material, group)
         if is_first:  # what an artist chose since then stays
-            begin(material)
-            fit_hologram(material, [mesh for mesh in meshes if _shows(mesh, material)])
-    lines = [*seams, *_prepared(meshes, grating), *bare, *_further(scene), *overfull(materials)]
+            begin(diffraction_nodes(material))
+            fit_hologram(diffraction_nodes(material), [mesh for mesh in meshes if _shows(mesh, material)])
+    lines = [*seams, *prepared(meshes, grating), *bare, *further(scene, grating), *overfull(materials)]
     return [f"{grating.name}: added to {_names(materials)}", *lines]
 
 
@@ -67,15 +73,15 @@ def _shows(mesh: bpy.types.Object, material: bpy.types.Material) -> bool:
     return any(slot.material == material for slot in slots_with_faces(mesh))
 
 
-def _further(scene: bpy.types.Scene) -> list[str]:
+def further(scene: bpy.types.Scene, grating: Grating) -> list[str]:
     """Fit the world's sources if a material uses them. Returns warnings: the fit failed, the scene shows directions
-    that a bake does not hold, or EEVEE has no room for all lamps and sources of the active grating."""
+    that a bake does not hold, or EEVEE has no room for all lamps and sources of the grating."""
     failed = []
     try:
         want_fit(scene)
     except GratingError as error:
         failed = [str(error)]
-    return [*failed, *notice_outside(scene), *crowded(active_grating(scene).group)]
+    return [*failed, *notice_outside(scene), *crowded(grating.group)]
 
 
 def _put_in_active_slot(selection: Selection, mesh: bpy.types.Object, material: bpy.types.Material) -> str:
@@ -101,7 +107,7 @@ def _seams(objects: list[bpy.types.Object], meshes: list[bpy.types.Object], grat
     return [line for mesh in meshes if (line := seam_warning(mesh, source))] + no_meshes(objects)
 
 
-def _prepared(meshes: list[bpy.types.Object], grating: Grating) -> list[str]:
+def prepared(meshes: list[bpy.types.Object], grating: Grating) -> list[str]:
     """Store on the meshes what the grating's variation needs. Returns warnings."""
     lines = prepare_meshes(grating.group, meshes) + lamps_alone(grating) + lost([grating.group])
     if grating.frame_source().kind != grating.frame_kind:

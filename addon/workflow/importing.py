@@ -2,14 +2,14 @@
 """Importing height maps as gratings of a scene."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import Any
 
 import bpy
 
 from ...precompute.bake.request import BakeRequest
-from ...precompute.base.failure import printable
+from ...precompute.base.failure import GratingError, printable
 from ...precompute.surface.description import Description, describe
 from ...precompute.surface.generated.parameters import canonical, parse_grating
 from ...precompute.surface.height_map import GRATING_PREFIX, SAMPLE_PREFIX, HeightMap
@@ -65,6 +65,20 @@ def import_scans(scene: bpy.types.Scene, records: Sequence[dict[str, Any]], *, a
 def _import(scene: bpy.types.Scene, records: Sequence[dict[str, Any]], known: Sequence[tuple[str, Description]]) -> str:
     _add(scene, records, known)
     return keep_if_new(scene)
+
+
+def all_or_none(scene: bpy.types.Scene, adds: Iterable[Callable[[], list[str]]]) -> list[str]:
+    """Add gratings by functions that return lines to report; returns all lines. If one raises GratingError, the scene
+    keeps none of them."""
+    gratings = scene.natural_gratings
+    count, active = len(gratings.items), gratings.active_index
+    try:
+        return [line for add in adds for line in add()]
+    except GratingError:
+        while len(gratings.items) > count:
+            gratings.items.remove(len(gratings.items) - 1)
+        gratings.active_index = active
+        raise
 
 
 def keep_if_new(scene: bpy.types.Scene) -> str:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Making a grating's node group and its material."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import bpy
@@ -40,17 +40,17 @@ def make_material(scene: bpy.types.Scene, grating: Grating) -> bpy.types.Materia
         grating.name, group_of(scene, grating), base_color=look.base_color, base_roughness=look.base_roughness
     )
     note_own(grating.material)
-    begin(grating.material)
+    begin(diffraction_nodes(grating.material))
     return grating.material
 
 
-def beginning_of(grating: Grating) -> Callable[[bpy.types.Material], None]:
-    """A function that gives a material's new Diffraction nodes the values and the hologram of the grating's look.
-    Raises GratingError if the look is damaged."""
+def beginning_of(grating: Grating) -> Callable[[Iterable[bpy.types.Node]], None]:
+    """A function that gives new Diffraction nodes the values and the hologram of the grating's look. Raises
+    GratingError if the look is damaged."""
     inputs, hologram = grating.look.inputs_for(grating.name), grating.look.hologram_for(grating.name)
 
-    def begin(material: bpy.types.Material) -> None:
-        for node in diffraction_nodes(material):
+    def begin(nodes: Iterable[bpy.types.Node]) -> None:
+        for node in nodes:
             for name, value in inputs.items():
                 node.inputs[name].default_value = value
             if hologram is not None:

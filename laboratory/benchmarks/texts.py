@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """All texts of the add-on that an artist reads, in one list by file: labels, tooltips, notes, errors and reports.
 
-    ./dev bench texts
+    ./dev bench texts [--pot FILE]
 
 Read the list aloud after a change of the panel. The texts come from the syntax trees, so Blender does not start. A part
-that is known only when Blender runs stands in braces, as in the source.
+that is known only when Blender runs stands in braces, as in the source. `--pot` writes the texts that Blender can look
+up in a translation, as a gettext template: all except f-strings with values.
 """
 
 import ast
@@ -14,32 +15,48 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from precompute.base.files import write_whole
+from precompute.cli.option_types import path_argument
 from precompute.cli.parser import OneLineParser
+from precompute.presets.presets import preset_names, read_preset
 
 ROOT = Path(__file__).resolve().parents[2]
 _FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
 _LABELS = {"bl_label", "bl_description", "bl_category"}
-# The texts of an input or output of a node, by their places in the call.
-_SOCKET = {0: "name", 2: "description"}
+# The texts of an input or output of a node, and of a quality, by their places in the call.
+_POSITIONS = {"Socket": {0: "name", 2: "description"}, "Quality": {1: "item", 2: "item"}}
 # Two words side by side, which formulas and the names of things in the code lack.
 _WORDS = re.compile(r"\w[,;:.)}\"']* [({\"']*[^\W\d]")
 _TEXT = (ast.Constant, ast.JoinedStr)
 # Calls whose texts are known by the name of the function.
-_CALLS = {"GratingError": "error", "report": "report", "report_lines": "report"}
+_CALLS = {"GratingError": "error", "report": "report", "report_lines": "report"} | dict.fromkeys(
+    ("translated", "counted", "marked"), "text"
+)
+# Blender looks up the labels and buttons of operators in a context of their own.
+_OPERATOR = "Operator"
+_HEADER = 'msgid ""\nmsgstr ""\n"Content-Type: text/plain; charset=UTF-8\\n"\n'
 
 
 @dataclass(frozen=True)
 class UserText:
-    """A text, the line of its source, and its place in Blender: label, tooltip, name, item, error, report or note."""
+    """A text, the line of its source, and its place in Blender: label, tooltip, name, item, text, error, report or
+    note. `context` is the one in which Blender translates it. `is_fixed`: it is no f-string with values."""
 
     line: int
     kind: str
     text: str
+    context: str = ""
+    is_fixed: bool = True
 
 
 def main(argv: list[str] | None = None) -> int:
     """Print the list and return the exit status."""
-    OneLineParser(prog="./dev bench texts", description=__doc__.splitlines()[0]).parse_args(argv)
+    parser = OneLineParser(prog="./dev bench texts", description=__doc__.splitlines()[0])
+    parser.add_argument("--pot", type=path_argument, metavar="FILE", help="write the template of a translation")
+    asked = parser.parse_args(argv)
+    if asked.pot is not None:
+        text = template()
+        write_whole(asked.pot, lambda path: path.write_text(text, encoding="utf-8"))
     counts: Counter[str] = Counter()
     for path in sorted((ROOT / "addon").rglob("*.py")):
         texts = artist_texts(ast.parse(path.read_text(encoding="utf-8")))
@@ -50,6 +67,27 @@ def main(argv: list[str] | None = None) -> int:
             print(f"{text.line:5} {text.kind:12}{text.text}")
     print(f"{counts.total()} texts: {', '.join(f'{kind} {count}' for kind, count in sorted(counts.items()))}")
     return 0
+
+
+def template() -> str:
+    """The texts that can be translated, as a gettext template: the add-on's, the errors of precompute, which Blender
+    reports, and the titles of the presets."""
+    places: dict[tuple[str, str], list[str]] = {}
+    for path in (path for folder in ("addon", "precompute") for path in sorted((ROOT / folder).rglob("*.py"))):
+        shown = path.is_relative_to(ROOT / "addon")
+        for text in artist_texts(ast.parse(path.read_text(encoding="utf-8"))):
+            if text.is_fixed and (shown or text.kind == "error"):
+                place = f"{path.relative_to(ROOT).as_posix()}:{text.line}"
+                places.setdefault((text.context, text.text), []).append(place)
+    for name in preset_names():
+        places.setdefault(("", read_preset(name).title), []).append(f"precompute/presets/{name}.json")
+    return "\n".join([_HEADER, *(_entry(*key, found) for key, found in places.items())])
+
+
+def _entry(context: str, text: str, places: list[str]) -> str:
+    lines = [f"#: {' '.join(places)}", *([f'msgctxt "{context}"'] if context else [])]
+    quoted = text.replace("\\", "\\\\").replace('"', '\\"')
+    return "\n".join([*lines, f'msgid "{quoted}"', 'msgstr ""', ""])
 
 
 def user_texts(tree: ast.Module, *, tooltips: bool) -> list[str]:
@@ -70,7 +108,9 @@ def artist_texts(tree: ast.Module) -> list[UserText]:
         text = "".join(_parts(node))
         kind = _kind(node, parents)
         if kind is not None and (_WORDS.search(text) if kind == "note" else re.search("[a-z]", text)):
-            found.append(UserText(node.lineno, kind, " ".join(text.split())))
+            is_fixed = not any(isinstance(part, ast.FormattedValue) for part in ast.walk(node))
+            context = _OPERATOR if _is_of_operator(node, kind, parents) else ""
+            found.append(UserText(node.lineno, kind, " ".join(text.split()), context, is_fixed))
     return sorted(found, key=lambda text: text.line)
 
 
@@ -114,8 +154,9 @@ def _kind(node: ast.AST, parents: dict[ast.AST, ast.AST]) -> str | None:
         return None if parent.elts[0] is node else "item"
     if isinstance(parent, ast.Subscript):
         return None
-    if _called(parent) == "Socket" and node in parent.args:
-        return _SOCKET.get(parent.args.index(node))
+    for call, kinds in _POSITIONS.items():
+        if _called(parent) == call and node in parent.args:
+            return kinds.get(parent.args.index(node))
     while not isinstance(parent, ast.stmt):
         if isinstance(parent, ast.keyword) and parent.arg == "text":
             return "label"
@@ -125,6 +166,18 @@ def _kind(node: ast.AST, parents: dict[ast.AST, ast.AST]) -> str | None:
             return kind
         parent = parents[parent]
     return "note"
+
+
+def _is_of_operator(node: ast.AST, kind: str, parents: dict[ast.AST, ast.AST]) -> bool:
+    """Whether a text is the label or the tooltip of an operator, or the text of its button."""
+    parent = parents[node]
+    while isinstance(parent, ast.IfExp):
+        parent = parents[parent]
+    if isinstance(parent, ast.keyword) and parent.arg == "text":
+        return _called(parents[parent]).startswith("operator")
+    holder = parents[parent]
+    bases = [ast.unparse(base) for base in holder.bases] if isinstance(holder, ast.ClassDef) else []
+    return kind in ("label", "tooltip") and "bpy.types.Operator" in bases
 
 
 def _is_shown(node: ast.ClassDef) -> bool:

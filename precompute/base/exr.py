@@ -29,7 +29,7 @@ _HEAD_BYTES_MAX, _ATTRIBUTES_MAX = LARGEST_BYTES + (1 << 12), 64
 _MAGIC, _SCAN_LINES_OF_VERSION_2 = b"v/1\x01", b"\2\0\0\0"
 _ZIP, _FROM_THE_TOP, _ROWS_IN_BLOCK = b"\3", b"\0", 16
 _KINDS: dict[int, type[np.floating]] = {1: np.float16, 2: np.float32}
-_OF_ANOTHER_KIND = "an OpenEXR file of another kind", "give the .exr that `bake` or `dft` wrote"
+_OF_ANOTHER_KIND = "no bake, but another OpenEXR file", "give the .exr that a bake or `dft` wrote"
 
 
 @dataclass(frozen=True)

@@ -49,8 +49,8 @@ def add_preset_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--preset",
         type=name_argument,
-        metavar="NAME",
-        help=f"bake a ready-made surface in place of FILE: {', '.join(preset_names())}",
+        metavar="NAME|JSON",
+        help=f"bake a ready-made surface in place of FILE: {', '.join(preset_names())}, or the file of your own",
     )
 
 

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Presets: ready-made surfaces, each a JSON file beside this one.
 
-A new file is a new preset: the command line and Blender's menu list it. The file has these keys:
+A new file is a new preset: the command line and Blender's menu list it. A file elsewhere is a preset by its path. The
+file has these keys:
 
     title           the name that people read
     request         a request for a bake, as in the header of a bake; its scans are samples or gratings by parameters
@@ -50,6 +51,7 @@ _REQUIRED = ("title", "request", "base_color", "base_roughness", "sources")
 _KEYS = (*_REQUIRED, "direction", "shape", "inputs", "hologram")
 # The longest title in characters; a menu shows it. A source is a line of a table.
 _TITLE_MAX, _SOURCE_MAX = 60, 400
+_ENDING = ".json"
 _WORKING = "compare it with a preset that works"
 
 
@@ -82,15 +84,20 @@ class Preset:
 
 def preset_names(folder: Path = FOLDER) -> tuple[str, ...]:
     """The names of all presets, in alphabetical order."""
-    return tuple(sorted(path.stem for path in folder.glob("*.json")))
+    return tuple(sorted(path.stem for path in folder.glob(f"*{_ENDING}")))
 
 
 def read_preset(name: str, folder: Path = FOLDER) -> Preset:
-    """Read a preset by its name. Raises GratingError for an unknown name or a faulty file."""
+    """Read a preset by its name, or by the path of its file, which ends in .json. Raises GratingError for an unknown
+    name or a faulty file."""
     known = preset_names(folder)
-    if name not in known:
-        raise GratingError(f"preset {name:.40}", "there is no such preset", f"choose one of {', '.join(known)}")
-    path = folder / f"{name}.json"
+    if name.lower().endswith(_ENDING):
+        path = Path(name)
+    elif name in known:
+        path = folder / f"{name}{_ENDING}"
+    else:
+        remedy = f"choose one of {', '.join(known)}, or give a {_ENDING} file"
+        raise GratingError(f"preset {name:.40}", "there is no such preset", remedy)
     record, file = read_json(path, _WORKING), path.name
     if not isinstance(record, dict):
         raise GratingError(file, "holds no preset", f"give an object with {', '.join(_REQUIRED)}")
@@ -101,7 +108,7 @@ def read_preset(name: str, folder: Path = FOLDER) -> Preset:
         if key not in record:
             raise GratingError(file, f"{key}: is missing", f"add `{key}`; {_WORKING}")
     return Preset(
-        name,
+        path.stem,
         title=_title(file, record["title"]),
         request=_request(file, record["request"]),
         base_color=_colour(file, record["base_color"]),

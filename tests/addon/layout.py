@@ -16,7 +16,7 @@ class Layout:
         self.contexts = {}
         self.labels, self.icons, self.props, self.operators, self.lists, self.pictures = [], [], [], [], [], 0
 
-    def label(self, text="", icon="NONE"):
+    def label(self, text="", icon="NONE", **_):
         self.labels.append(text)
         self.icons.append(icon)
 

@@ -44,6 +44,8 @@ class A(bpy.types.Operator):
         report_lines(self, ["made"])
         note = "Select a mesh first"
         Socket("Turn", "Float", "Degrees")
+        layout.operator("grating.a", text="Bake" if new else "Again")
+        layout.label(text=translated("{name} (hidden)", name=lamp.name))
         value = scene["not a text"] + driver("2 * a")
 '''
     assert [(text.line, text.kind, text.text) for text in artist_texts(ast.parse(source))] == [
@@ -62,7 +64,26 @@ class A(bpy.types.Operator):
         (13, "note", "Select a mesh first"),
         (14, "name", "Turn"),
         (14, "description", "Degrees"),
+        (15, "label", "Bake"),
+        (15, "label", "Again"),
+        (16, "text", "{name} (hidden)"),
     ]
+    fixed = [text for text in artist_texts(ast.parse(source)) if text.is_fixed]
+    assert [text.text for text in artist_texts(ast.parse(source)) if text not in fixed] == [
+        "{self.lamps} lamps",
+        "use {'a smaller' or 'one'}",
+    ]
+    assert {text.text for text in fixed if text.context == "Operator"} == {"Bake it. Esc cancels", "Bake", "Again"}
+
+
+def test_the_template_of_a_translation_has_each_text_once_with_its_places(tmp_path, capsys):
+    assert texts.main(["--pot", str(tmp_path / "texts.pot")]) == 0
+    capsys.readouterr()
+    template = (tmp_path / "texts.pot").read_text()
+    keys = re.findall(r'(?:msgctxt "(\w+)"\n)?msgid "(.*)"\nmsgstr ""\n', template)
+    assert len(keys) == len(set(keys)) > 1000
+    assert {("", "Put on {name}"), ("Operator", "Bake Grating"), ("", "Corn Snake")} <= set(keys)
+    assert re.search(r'#: addon/ui/panel.py:\d+\nmsgid "Put on \{count\} Meshes"\n', template)
 
 
 def test_the_list_of_texts_is_of_the_whole_add_on(capsys):

@@ -29,15 +29,9 @@ def put_hologram(
     """Put a pattern before a Diffraction node, in place of its present one. `values` has numbers for the pattern's
     inputs. An empty `uv_map` stands for the map that renders. A link to the present pattern's Vector is kept."""
     tree, former = node.id_data, hologram_of(node)
-    made = tree.nodes.new("ShaderNodeGroup")
-    made.node_tree, made.label = group, LABELS[pattern_of(group)]
-    made.location = (node.location.x - _STEP, node.location.y - _STEP)
-    place = None if former is None else _source(former, "Vector")
-    if place is None or uv_map:
-        at = tree.nodes.new("ShaderNodeUVMap")
-        at.uv_map, at.location = uv_map, (made.location.x - _STEP, made.location.y)
-        place = at.outputs["UV"]
-    tree.links.new(place, made.inputs["Vector"])
+    place = None if former is None or uv_map else _source(former, "Vector")
+    at = (node.location.x - _STEP, node.location.y - _STEP)
+    made = add_pattern(tree, group, at, place=place, uv_map=uv_map)
     _hand_over(CHANGED, node, made, past=former)
     for name in CHANGED:
         if name in node.inputs:
@@ -45,6 +39,21 @@ def put_hologram(
     for name, value in values.items():
         made.inputs[name].default_value = value
     _remove_unused(former)
+
+
+def add_pattern(
+    tree: bpy.types.NodeTree, group: bpy.types.NodeTree, at: tuple[float, float], *,
+    place: bpy.types.NodeSocket | None = None, uv_map: str = "",
+) -> bpy.types.Node:  # fmt: skip
+    """Add a pattern's node at a location. It follows `place`, else a UV Map node of its own."""
+    made = tree.nodes.new("ShaderNodeGroup")
+    made.node_tree, made.label, made.location = group, LABELS[pattern_of(group)], at
+    if place is None:
+        node = tree.nodes.new("ShaderNodeUVMap")
+        node.uv_map, node.location = uv_map, (at[0] - _STEP, at[1])
+        place = node.outputs["UV"]
+    tree.links.new(place, made.inputs["Vector"])
+    return made
 
 
 def remove_hologram(node: bpy.types.Node) -> None:

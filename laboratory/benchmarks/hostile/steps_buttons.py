@@ -2,18 +2,22 @@
 """Every operator of the extension with random arguments, for random sessions (steps_session.py)."""
 
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from random import Random
 
-from precompute.presets.presets import preset_names
+from precompute.presets.presets import FOLDER, preset_names
 from precompute.surface.samples.catalogue import SAMPLES
 from precompute.surface.steps.pipeline import KINDS
+
+from .shader_editor import shader_editor
 
 # The scan of lying_scene.py, and a colour error at which it bakes in a moment.
 SIZE_UM, HEIGHT_NM, DELTA_E = 4.0, 100.0, 6.0
 # The presets whose show has a mesh of a few faces. A snake costs seconds.
 _QUICK_SHOWS = ("cd", "record", "silver_foil", "mother_of_pearl")
+_PRESET_FILES = [str(FOLDER / f"{name}.json") for name in preset_names()]
 # The fewest faces that a snake can have.
 _FACES = 11_000
 
@@ -64,6 +68,12 @@ def _load_bake(hand: Hand) -> Arguments:
 
     paths = [grating.bake_path for grating in bpy.context.scene.natural_gratings.items if grating.bake_path]
     return {"filepath": hand.random.choice((*paths, str(hand.scan), "/nowhere.exr"))}
+
+
+def _add_grating_node(hand: Hand) -> Arguments:
+    import bpy
+
+    return {"grating": hand.name_in(bpy.context.scene.natural_gratings.items)}
 
 
 def _vary(hand: Hand) -> Arguments:
@@ -126,9 +136,13 @@ BUTTONS: dict[str, tuple[int, Callable[[Hand], Arguments]]] = {
     "import_height_map": (4, _import),
     "add_grating": (2, _add_grating),
     "add_preset": (6, _add_preset),
+    "add_grating_node": (3, _add_grating_node),
+    "add_preset_node": (1, lambda hand: {"preset": hand.random.choice(preset_names())}),
+    "add_pattern_node": (2, _one("add_pattern_node", "pattern")),
     "show_me": (2, lambda hand: {"preset": hand.random.choice(_QUICK_SHOWS)}),
     "back_from_show": (1, _none),
     "load_bake": (2, _load_bake),
+    "load_preset": (2, lambda hand: {"filepath": hand.random.choice((*_PRESET_FILES, "/nowhere.json"))}),
     "make_assets": (1, lambda hand: {"presets": "unknown"}),
     "remove_assets": (1, lambda hand: {"directory": "/nowhere"}),
     "show_picture": (2, _one("show_picture", "kind")),
@@ -170,6 +184,7 @@ BUTTONS: dict[str, tuple[int, Callable[[Hand], Arguments]]] = {
 }
 # The operators that bake or transform the active grating's scan.
 _BAKING = ("bake", "needs", "osl_reference")
+_IN_SHADER_EDITOR = ("add_grating_node", "add_preset_node", "add_pattern_node")
 
 
 def press(name: str, hand: Hand) -> tuple[str, Callable[[], object]]:
@@ -181,7 +196,13 @@ def press(name: str, hand: Hand) -> tuple[str, Callable[[], object]]:
         _choose_quick(hand.scan)
     given = BUTTONS[name][1](hand)
     told = ", ".join(f"{key}={value!r}" for key, value in given.items())
-    return f"grating.{name}({told})", lambda: getattr(bpy.ops.grating, name)(**given)
+    around = shader_editor if name in _IN_SHADER_EDITOR else nullcontext
+    return f"grating.{name}({told})", lambda: _call(getattr(bpy.ops.grating, name), given, around)
+
+
+def _call(operator: Callable[..., object], given: Arguments, around: Callable[[], AbstractContextManager]) -> object:
+    with around():
+        return operator(**given)
 
 
 def _choose_quick(scan: Path) -> None:

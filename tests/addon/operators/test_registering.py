@@ -22,6 +22,7 @@ MENUS = (
     bpy.types.VIEW3D_MT_light_add,
     bpy.types.VIEW3D_MT_mesh_add,
     bpy.types.VIEW3D_MT_object,
+    bpy.types.NODE_MT_shader_node_add_all,
 )
 
 

@@ -11,8 +11,8 @@ from tests.addon.layout import Layout, context_of
 # What an artist does by the panel, so that the keyboard must do it too.
 WORK = {
     "import_height_map", "bake", "needs", "assign", "add_diffraction", "remove_diffraction", "mend", "vary",
-    "hologram", "add_sticker", "paint", "unpaint", "direction", "comb", "unwrap", "show_direction", "light_rig", "lights",
-    "count_lamp", "add_diffraction_lamp", "why_black",
+    "hologram", "add_sticker", "paint", "unpaint", "direction", "comb", "unwrap", "show_direction", "light_rig",
+    "lights", "count_lamp", "add_diffraction_lamp", "why_black",
 }  # fmt: skip
 
 

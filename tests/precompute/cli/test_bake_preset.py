@@ -7,7 +7,7 @@ import pytest
 
 from precompute.cli.bake_verb import request_of
 from precompute.cli.parser import build_parser
-from precompute.presets.presets import preset_names, read_preset
+from precompute.presets.presets import FOLDER, preset_names, read_preset
 
 QUICK = ("--delta-e", "3", "--coherence-um", "10", "--progress", "none")
 
@@ -25,6 +25,11 @@ def test_options_that_the_preset_leaves_free_count():
     found = request("--preset", "cd", "--delta-e", "3", "--coherence-um", "10", "--illuminant", "532nm")
     assert (found.delta_e, found.illuminant, str(found.matter)) == (3.0, "532nm", "plate 1.585, aluminium")
     assert found.coherence_length_m == 10 * 1e-6
+
+
+def test_a_preset_of_one_s_own_is_a_file(tmp_path):
+    (tmp_path / "mine.json").write_text((FOLDER / "cd.json").read_text())
+    assert request("--preset", str(tmp_path / "mine.json"), *QUICK) == request("--preset", "cd", *QUICK)
 
 
 def test_the_model_in_a_remedy_is_taken():

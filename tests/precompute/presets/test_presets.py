@@ -125,6 +125,13 @@ def test_an_unknown_name_is_one_line(tmp_path):
         read_preset("../presets/cd")
 
 
+def test_a_path_that_ends_in_json_is_a_file_anywhere(tmp_path):
+    (tmp_path / "mine.json").write_text((FOLDER / "cd.json").read_text())
+    assert read_preset(str(tmp_path / "mine.json")) == replace(read_preset("cd"), name="mine")
+    with pytest.raises(GratingError, match="nowhere.json: cannot be read .*; compare it with a preset that works"):
+        read_preset(str(tmp_path / "nowhere.json"))
+
+
 @pytest.mark.parametrize("name", ["gold_foil", "jewel_beetle", "record"])
 def test_it_bakes(name, tmp_path):
     """A metal, a stack of layers, and the coarsest groove."""
