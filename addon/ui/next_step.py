@@ -40,9 +40,7 @@ def next_step(context: bpy.types.Context, grating: Grating, facts: Facts) -> Nex
     if not grating.bake_path:
         return Next(SURFACE, operator=BakeGrating.bl_idname, text="Bake", icon="RENDER_STILL")
     if facts.grating.outdated:
-        return Next(
-            SURFACE, "Settings changed since this bake", BakeGrating.bl_idname, text="Bake Again", icon="RENDER_STILL"
-        )
+        return Next(SURFACE, facts.grating.outdated, BakeGrating.bl_idname, text="Bake Again", icon="RENDER_STILL")
     if not facts.grating.is_shown:
         chosen = [thing for thing in context.selected_objects if thing.type == "MESH"]
         if not chosen:
