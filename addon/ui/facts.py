@@ -185,7 +185,7 @@ def _of_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> SceneFa
 
         found = strays_of(scene)
         strays = tuple(group.name for group in found if group.library is None)
-        linked = tuple(map(str, linked_strays(found)))
+        linked = tuple(map(str, linked_strays(scene, found)))
     followed = followed_lamps(scene)
     lamps = followed or brightest(scene)
     return SceneFacts(

@@ -28,7 +28,7 @@ def adopt(scene: bpy.types.Scene) -> list[GratingError | str]:
     then what could not be adopted, with the remedy. Raises GratingError if nothing could be adopted."""
     found = strays(scene)
     done: list[str] = []
-    faults = linked_strays(found)
+    faults = linked_strays(scene, found)
     for group in (group for group in found if group.library is None):
         name, materials = group.name, [each for each in materials_with(group) if each.library is None]
         try:
