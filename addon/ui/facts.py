@@ -247,6 +247,10 @@ def _of_grating(grating: Grating) -> GratingFacts:
 
 
 def _outdated(grating: Grating) -> str:
+    from ..workflow.restoring_bakes import is_lost
+
+    if is_lost(grating):
+        return "The file of its bake is gone"
     if not is_asked_otherwise(grating):
         return ""
     if is_asked_by_earlier_version(grating):
