@@ -71,3 +71,14 @@ def prefer_append(asset: bpy.types.AssetMetaData) -> None:
     if hasattr(asset, "preferred_import_method"):
         asset.use_preferred_import_method = True  # type: ignore[attr-defined]  # since Blender 5.2
         asset.preferred_import_method = "APPEND"
+
+
+def remove_replaced(block: bpy.types.ID) -> None:
+    """Delete an unused data-block that another one has replaced. A node group is only emptied before Blender 5.0, and
+    is not saved. After its deletion an undo may crash: Blender follows the pointers of a group that it restores before
+    it maps them, and the group may lie where the deleted one lay."""
+    if isinstance(block, bpy.types.NodeTree) and bpy.app.version < (5, 0, 0):
+        block.nodes.clear()
+        block.name = f"Replaced {block.name}"
+        return
+    bpy.data.batch_remove([block])

@@ -96,7 +96,12 @@ class Grating(bpy.types.PropertyGroup):
         description="Further settings of the bake, as JSON; empty for the defaults",
         options={"HIDDEN"},
     )
-    bake_path: StringProperty(name="Bake", description="File of the baked table", subtype="FILE_PATH")
+    bake_path: StringProperty(
+        name="Bake",
+        description="File of the baked table",
+        subtype="FILE_PATH",
+        options={"PATH_SUPPORTS_BLEND_RELATIVE"},
+    )
     asked: StringProperty(
         name="Asked", description="Settings of the present bake, as JSON; empty if unknown", options={"HIDDEN"}
     )
@@ -167,7 +172,8 @@ class Grating(bpy.types.PropertyGroup):
         path = Path(bpy.path.abspath(self.bake_path))
         if not is_there(path):
             place = "the cache" if path.is_relative_to(cache_folder()) else f"the folder {path.parent.name}"
-            raise GratingError(self.name, f"its bake {path.name} is gone from {place}", "press Bake Grating again")
+            remedy = "press Bake Grating again" if self.source else "load it again, or import the height map"
+            raise GratingError(self.name, f"its bake {path.name} is gone from {place}", remedy)
         return path
 
     def source_file(self) -> str:

@@ -46,6 +46,15 @@ def is_asked_otherwise(grating: Grating) -> bool:
         return True
 
 
+def is_asked_by_earlier_version(grating: Grating) -> bool:
+    """Whether an earlier version of the extension made the grating's bake: a request had fewer settings then."""
+    try:
+        before, now = json.loads(grating.asked), json.loads(_settings(grating.bake_request()))
+    except (ValueError, GratingError):  # unknown, or damaged
+        return False
+    return isinstance(before, dict) and before.keys() != now.keys()
+
+
 def _settings(request: "BakeRequest") -> str:
     """The settings of a request as JSON, without the scans' folders, which change when files are moved."""
     return json.dumps(request_record(request) | {"scans": request.as_dict()["scans"]}, sort_keys=True)

@@ -10,7 +10,8 @@ import numpy as np
 
 from ...precompute.base.failure import GratingError
 from ..gratings.wording import translated
-from .group_properties import diffraction_groups
+from ..lamps.follow import lamp_count
+from .group_properties import diffraction_groups, lamps_in
 from .material import diffraction_nodes
 from .pictures import pictures_of
 from .response import own_trees
@@ -36,9 +37,11 @@ def _materials_of(groups: set[bpy.types.NodeTree]) -> set[bpy.types.Material]:
 
 
 def shown_by(group: bpy.types.NodeTree | None) -> list[bpy.types.Object]:
-    """The file's objects whose materials contain a Diffraction group, by name."""
+    """The file's objects whose materials contain a Diffraction group, by name. Of a linked object and its library
+    override, only the override."""
     shown = set() if group is None else _objects_with(_materials_of({group}))
-    return sorted(shown, key=lambda thing: thing.name_full)
+    overridden = {thing.override_library.reference for thing in shown if thing.override_library is not None}
+    return sorted(shown - overridden, key=lambda thing: thing.name_full)
 
 
 def _objects_with(materials: set[bpy.types.Material]) -> set[bpy.types.Object]:
@@ -87,14 +90,19 @@ def strays(scene: bpy.types.Scene) -> list[bpy.types.NodeTree]:
     return [group for group in groups if _shows_bake(group) and _is_stray(group, scene)]
 
 
-def linked_strays(groups: list[bpy.types.NodeTree]) -> list[GratingError]:
-    """One error for each stray group that is linked from another file."""
+def linked_strays(scene: bpy.types.Scene, groups: list[bpy.types.NodeTree]) -> list[GratingError]:
+    """One error for each stray group that is linked from another file. It says if the scene has more lamps than the
+    group reads, as a linked group cannot be changed."""
     remedy = "to adopt it, select its objects and use Object > Relations > Make Local > All first"
+    count = lamp_count(scene)
     return [
-        GratingError(group.name, f"linked from {Path(group.library.filepath).name}", remedy)
-        for group in groups
-        if group.library is not None
+        GratingError(group.name, _linked_with(group, count), remedy) for group in groups if group.library is not None
     ]
+
+
+def _linked_with(group: bpy.types.NodeTree, lamps: int) -> str:
+    read, linked = len(lamps_in(group)), f"linked from {Path(group.library.filepath).name}"
+    return f"{linked} with only {read} of {lamps} lamps" if read < lamps else linked
 
 
 def owners(group: bpy.types.NodeTree) -> list[bpy.types.Scene]:

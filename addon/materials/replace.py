@@ -5,6 +5,7 @@ from collections.abc import Iterable
 
 import bpy
 
+from ..blender import compat
 from .group_properties import is_diffraction
 from .response import Response, further_responses, own_trees, response_in
 from .skin import refill
@@ -25,7 +26,7 @@ def replace_response(group: bpy.types.NodeTree, response: Response) -> None:
         old_group.user_remap(response.group)  # for Diffraction Lamps
     for part in left:
         if part.users == 0:
-            bpy.data.batch_remove([part])
+            compat.remove_replaced(part)
     for kept, name in names:
         kept.name = name
 

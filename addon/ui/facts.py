@@ -18,7 +18,7 @@ from ..blender.guard import guarded
 from ..blender.window import has_window, redraw_views
 from ..gratings.grating import Grating
 from ..gratings.lights_choice import LAMPS_ONLY, NO_SAMPLE_SET
-from ..gratings.remembered_bakes import is_asked_otherwise
+from ..gratings.remembered_bakes import is_asked_by_earlier_version, is_asked_otherwise
 from ..gratings.variation import Variation
 from ..gratings.wording import counted, marked, translated
 from ..lamps.find import brightest, instanced_lamps, lamps_of, unfollowed_features
@@ -82,7 +82,7 @@ class GratingFacts:
 
     scans      file names of the scans if it averages several; empty for one
     fault      why they cannot be told; else None
-    outdated   whether its settings are no longer those of its bake
+    outdated   why it should be baked again; empty if its settings are those of its bake
     objects    a line with the objects that show it; empty without a material
     is_shown   whether an object shows it
     variation  how it varies over the surface
@@ -92,7 +92,7 @@ class GratingFacts:
 
     scans: tuple[str, ...] = ()
     fault: GratingError | None = None
-    outdated: bool = False
+    outdated: str = ""
     objects: str = ""
     is_shown: bool = False
     variation: str = ""
@@ -190,7 +190,7 @@ def _of_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> SceneFa
 
         found = strays_of(scene)
         strays = tuple(group.name for group in found if group.library is None)
-        linked = tuple(map(str, linked_strays(found)))
+        linked = tuple(map(str, linked_strays(scene, found)))
     followed = followed_lamps(scene)
     lamps = followed or brightest(scene)
     others = sorted((lamp for lamp in lamps_of(scene) if lamp not in lamps), key=lambda lamp: lamp.name)
@@ -241,7 +241,7 @@ def _of_grating(grating: Grating) -> GratingFacts:
         fault = error
     group = grating.group
     if group is None:
-        return GratingFacts(scans, fault, is_asked_otherwise(grating), variation=Variation().summary)
+        return GratingFacts(scans, fault, _outdated(grating), variation=Variation().summary)
     from ..materials.group_users import on_objects, shown_by
     from ..workflow.adding_holograms import hologram_summary
 
@@ -250,7 +250,7 @@ def _of_grating(grating: Grating) -> GratingFacts:
     return GratingFacts(
         scans=scans,
         fault=fault,
-        outdated=is_asked_otherwise(grating),
+        outdated=_outdated(grating),
         objects=on_objects(objects),
         is_shown=bool(objects),
         variation=variation_of(group).summary,
@@ -258,3 +258,15 @@ def _of_grating(grating: Grating) -> GratingFacts:
         crowded=tuple(crowded(group)),
         no_set=f"{grating.name}: {translated(NO_SAMPLE_SET)}" if lacks_set else "",
     )
+
+
+def _outdated(grating: Grating) -> str:
+    from ..workflow.restoring_bakes import is_lost
+
+    if is_lost(grating):
+        return "The file of its bake is gone"
+    if not is_asked_otherwise(grating):
+        return ""
+    if is_asked_by_earlier_version(grating):
+        return "Baked by an earlier version of the extension"
+    return "Settings changed since this bake"

@@ -40,10 +40,10 @@ def next_step(context: bpy.types.Context, grating: Grating, facts: Facts) -> Nex
     """What to do next with the active grating; None if it is baked, on an object, lit and shown."""
     if not grating.bake_path:
         return Next(SURFACE, operator=BakeGrating.bl_idname, text="Bake", icon="RENDER_STILL")
+    if facts.grating.outdated and not grating.source:
+        return Next(SURFACE, f"{facts.grating.outdated}. Load it again, or import the height map")
     if facts.grating.outdated:
-        return Next(
-            SURFACE, "Settings changed since this bake", BakeGrating.bl_idname, text="Bake Again", icon="RENDER_STILL"
-        )
+        return Next(SURFACE, facts.grating.outdated, BakeGrating.bl_idname, text="Bake Again", icon="RENDER_STILL")
     if not facts.grating.is_shown:
         chosen = [thing for thing in context.selected_objects if thing.type == "MESH"]
         if not chosen:

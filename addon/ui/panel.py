@@ -108,6 +108,8 @@ class _Drawn(_Panel):
         _draw_strays(layout, context, facts.scene)
         grating = gratings.active()
         if grating is None:
+            if facts.scene.strays or facts.scene.linked:
+                draw_warnings(layout, context, facts)
             _draw_start(layout, context)
             return
         row = layout.row()

@@ -6,22 +6,20 @@ import contextlib
 
 import bpy
 
-from ...precompute.bake.request import request_from
 from ...precompute.base.failure import GratingError
-from ...precompute.surface.height_map import is_synthetic
-from ...precompute.table.atlas_file import read_header
 from ..gratings.baked_region import noted_region
 from ..gratings.grating import Grating, kept_path, unused_name
 from ..gratings.own_names import follow_name, name_in, note_own, was_own
-from ..gratings.remembered_bakes import note_bake
 from ..materials.group_properties import counts_footprint, frame_of, lights_of, traces_shadows
 from ..materials.group_users import linked_strays, materials_with, owners, strays
 from ..materials.pictures import made_from
 from ..materials.replace import parts_of
 from ..materials.response import own_trees
 from .adding_holograms import fit_adopted_hologram
-from .importing import take_surface
+from .loading_bakes import take_bake
+from .making_materials import keep_exact_normals
 from .restoring_bakes import bake_shown_by
+from .taking_looks import take_look
 
 
 def adopt(scene: bpy.types.Scene) -> list[GratingError | str]:
@@ -30,7 +28,7 @@ def adopt(scene: bpy.types.Scene) -> list[GratingError | str]:
     then what could not be adopted, with the remedy. Raises GratingError if nothing could be adopted."""
     found = strays(scene)
     done: list[str] = []
-    faults = linked_strays(found)
+    faults = linked_strays(scene, found)
     for group in (group for group in found if group.library is None):
         name, materials = group.name, [each for each in materials_with(group) if each.library is None]
         try:
@@ -44,7 +42,9 @@ def adopt(scene: bpy.types.Scene) -> list[GratingError | str]:
                 fit_adopted_hologram(material)
         except GratingError as error:
             faults.append(error)
-    if not done:
+    if done:
+        keep_exact_normals(scene)
+    else:
         raise faults[0] if faults else GratingError("", "every diffraction material is in the list already", "")
     return [*done, *faults]
 
@@ -75,6 +75,8 @@ def _new_grating(scene: bpy.types.Scene, group: bpy.types.NodeTree) -> Grating:
     name = unused_name(name_in(group), {grating.name for grating in gratings.items})
     grating = gratings.items.add()
     grating.name, grating.bake_path = name, path
+    with contextlib.suppress(GratingError):  # a bake of an earlier version; its pictures still show it
+        take_bake(grating, path)  # before the grating has its group, which this would make anew
     tree, _ = own_trees(group)
     grating.for_scene = tree is not None and noted_region(tree) is not None
     grating.lights, grating.shadows, grating.footprint = (
@@ -90,16 +92,6 @@ def _new_grating(scene: bpy.types.Scene, group: bpy.types.NodeTree) -> Grating:
             note_own(made)
         follow_name(grating)
     gratings.active_index = len(gratings.items) - 1
-    _take_surface(grating)
+    shown_in = [grating.material, *materials_with(group)]
+    take_look(grating, next(filter(None, shown_in)))
     return grating
-
-
-def _take_surface(grating: Grating) -> None:
-    """Give an adopted grating the request in its bake's header, if the surface is a sample or given by parameters. It
-    needs no file then, and the grating can be baked at another quality."""
-    with contextlib.suppress(GratingError):  # a bake of an earlier version, or of files
-        file = grating.baked_file()
-        request = request_from(read_header(file)[1].get("request"), str(file))
-        if request.scans and all(is_synthetic(scan.source) for scan in request.scans):
-            take_surface(grating, request)
-            note_bake(grating, grating.bake_path, grating.bake_summary, request=request)

@@ -8,7 +8,6 @@ from typing import Any
 
 import bpy
 
-from ...precompute.bake.request import BakeRequest
 from ...precompute.base.failure import GratingError, printable
 from ...precompute.surface.description import Description, describe
 from ...precompute.surface.generated.parameters import canonical, parse_grating
@@ -17,7 +16,7 @@ from ...precompute.surface.quality import LIGHTS
 from ...precompute.surface.readers.reader_registry import read_height_map, read_other_way
 from ...precompute.surface.samples.catalogue import matter_of, title_of
 from ...precompute.surface.steps.pipeline import DEFAULT
-from ..gratings.grating import Grating, kept_path, request_record, scan_record, unused_name
+from ..gratings.grating import Grating, kept_path, scan_record, unused_name
 from ..gratings.matter_fields import take_matter
 from ..gratings.variation import Variation
 from ..gratings.wording import in_one_line, labelled
@@ -43,14 +42,6 @@ def add_averaged(scene: bpy.types.Scene, records: Sequence[dict[str, Any]]) -> G
     """Read scans of one skin, or tiles of one area, given as records of a request, and add them as one grating, the
     active one. Its bake averages their spectra. Raises GratingError as add_each does."""
     return _add(scene, records, _read(records))
-
-
-def take_surface(grating: Grating, request: BakeRequest) -> None:
-    """Give a grating that was made from a bake alone the request of that bake. Raises GratingError, with nothing
-    changed, if a scan cannot be read."""
-    known = _read(request_record(request)["scans"])
-    grating.take_request(request)
-    _describe(grating, known)
 
 
 def import_scans(scene: bpy.types.Scene, records: Sequence[dict[str, Any]], *, averaged: bool = False) -> list[str]:

@@ -51,6 +51,12 @@ def index_of(scene: bpy.types.Scene, bake: str) -> int:
     return len(items) - 1
 
 
+def take_bake(grating: Grating, path: str) -> None:
+    """Set a grating's fields from the header of its bake. Raises GratingError, with nothing changed, as index_of
+    does."""
+    _fill(grating, path, _found(Path(bpy.path.abspath(path))))
+
+
 def bake_file(bake: str) -> Path:
     """A bake's file, given the file, its sample set or its folder. Raises GratingError if there is none."""
     file = existing_bake(bake) if bake else None  # no text is the working folder

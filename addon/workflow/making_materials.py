@@ -92,10 +92,14 @@ def group_of(scene: bpy.types.Scene, grating: Grating) -> bpy.types.NodeTree:
     set_frame(grating.group, grating.frame_source())
     set_footprint(grating.group, grating.footprint)
     follow_name(grating)  # a file saved by an earlier version may hold an old name
-    # By default EEVEE stores normals with ten bits. On a sphere this changes colours by 1.5 % (median) and up to 10 %
-    # (95th percentile).
-    scene.render.use_high_quality_normals = True
+    keep_exact_normals(scene)
     return grating.group
+
+
+def keep_exact_normals(scene: bpy.types.Scene) -> None:
+    """Let EEVEE store normals exactly. By default it has ten bits for each, which on a sphere changes colours by 1.5 %
+    (median) and up to 10 % (95th percentile)."""
+    scene.render.use_high_quality_normals = True
 
 
 def needed_bake(grating: Grating) -> Path | None:

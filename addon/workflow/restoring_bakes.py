@@ -14,6 +14,7 @@ from ...precompute.table.sample_set import path_beside
 from ..gratings.cache_folder import bakes_folder, cache_folder
 from ..gratings.grating import Grating, is_there
 from ..gratings.remembered_bakes import asked
+from ..materials.lost_parts import lost_of_own
 from ..materials.pictures import fault_of, pictures_of
 from ..materials.response import own_trees
 
@@ -33,6 +34,18 @@ def bake_of(grating: Grating) -> Path:
             raise
     grating.bake_path = str(found)
     return found
+
+
+def is_lost(grating: Grating) -> bool:
+    """Whether a grating has no intact node group, and bake_of would raise. Writes no file."""
+    group = grating.own_group
+    if not grating.bake_path or (group is not None and (not lost_of_own(group) or _packed(own_trees(group)[0]))):
+        return False
+    try:
+        grating.baked_file()
+    except GratingError:
+        return _kept(grating) is None
+    return False
 
 
 def _kept(grating: Grating) -> Path | None:

@@ -196,7 +196,7 @@ DONE = {
     "the scene's properties and drivers are deleted": (scene_properties, ""),
     "everything is renamed": (renamed, ""),
     "the bakes' files are deleted": (bake_files, ""),
-    "the bakes' files and all pictures are deleted": (bake_files_and_pictures, "press Bake Grating"),
+    "the bakes' files and all pictures are deleted": (bake_files_and_pictures, "load it again"),
     "the bake's file is replaced, the picture deleted": (bake_replaced, "not a readable OpenEXR"),
     "the painted object's mesh is deleted": (of("meshes", lambda it: it.painted.data), ""),
     "everything but the objects is deleted": (everything_but_the_objects, ""),

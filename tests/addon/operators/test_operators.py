@@ -203,7 +203,7 @@ def test_enabling_loads_no_reader_and_no_optics():
     done = subprocess.run([sys.executable, "-c", ENABLE], cwd=ROOT, check=True, capture_output=True, text=True)
     count, packages = json.loads(done.stdout.splitlines()[-1])
     assert packages == []
-    assert count <= 124
+    assert count <= 125
 
 
 def test_the_cache_of_an_add_on_that_is_no_extension(addon, monkeypatch):
@@ -289,12 +289,13 @@ def test_buttons_say_why_they_are_grey(scene, baked):
 
 def test_a_bake_that_is_gone_is_told(scene, tmp_path):
     add_baked(scene, tmp_path / "gone.exr")
-    with pytest.raises(RuntimeError, match=f"waves: its bake gone.exr is gone from the folder {tmp_path.name}; press"):
+    with pytest.raises(RuntimeError, match=f"waves: its bake gone.exr is gone from the folder {tmp_path.name}; load"):
         bpy.ops.grating.assign()
 
 
 def test_a_bake_that_is_gone_from_the_cache_is_named_without_its_path(scene, addon):
     grating = add_baked(scene, addon.cache_folder.cache_folder() / "bakes" / "0123456789abcdef" / "gone.exr")
+    grating.source = "sample:flat"
     with pytest.raises(RuntimeError, match="waves: its bake gone.exr is gone from the cache; press Bake Grating again"):
         bpy.ops.grating.assign()
     assert not bpy.data.materials and grating.material is None

@@ -205,7 +205,7 @@ def test_faults_are_one_line(lit, capfd, tmp_path):
     grating = scene.natural_gratings.active()
     grating.bake_path = str(tmp_path / "gone.exr")
     grating.group.nodes.clear()  # with them the packed pictures, from which the bake could be written again
-    assert "gone.exr is gone" in (line := fails(capfd)) and "press Bake Grating again" in line
+    assert "gone.exr is gone" in (line := fails(capfd)) and "load it again" in line
     lit.data.materials.clear()
     assert "no object shows a grating" in fails(capfd)
     assert "press Assign to Selected" in fails(capfd)

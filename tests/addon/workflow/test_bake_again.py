@@ -20,8 +20,9 @@ def grating(scene, scan):
 
 
 def blocks():
-    """The names of the data-blocks that bakes and materials add."""
-    return sorted(one.name for each in ("images", "node_groups", "materials") for one in getattr(bpy.data, each))
+    """The names of the used data-blocks that bakes and materials add."""
+    kinds = (bpy.data.images, bpy.data.node_groups, bpy.data.materials)
+    return sorted(one.name for each in kinds for one in each if one.users)
 
 
 def shown_image(group):
