@@ -7,6 +7,7 @@ import contextlib
 import bpy
 
 from ...precompute.base.failure import GratingError
+from ..blender import compat
 from ..gratings.baked_region import noted_region
 from ..gratings.grating import Grating, kept_path, unused_name
 from ..gratings.own_names import follow_name, name_in, note_own, was_own
@@ -65,7 +66,7 @@ def _follow(group: bpy.types.NodeTree, grating: Grating) -> None:
     group.user_remap(grating.group)
     for each in left:  # a picture follows the groups that use it, so it is deleted after the last of them
         if each.users == 0:
-            bpy.data.batch_remove([each])
+            compat.remove_replaced(each)
 
 
 def _new_grating(scene: bpy.types.Scene, group: bpy.types.NodeTree) -> Grating:

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 
 import bpy
 
+from ...blender import compat
 from .pattern_nodes import pattern_of
 from .patterns import CHANGED, LABELS
 
@@ -110,4 +111,4 @@ def _remove_unused(former: bpy.types.Node | None) -> None:
     if at is not None and at.type == "UVMAP" and not at.outputs["UV"].is_linked:
         tree.nodes.remove(at)
     if group.users == 0:
-        bpy.data.node_groups.remove(group)
+        compat.remove_replaced(group)
