@@ -6,7 +6,8 @@ picture cannot be protected from this, so the add-on only warns."""
 
 import bpy
 
-from ..blender import compat
+from ..blender import compat, mesa
+from ..blender.window import has_window
 from ..direction.tangent_frame import frame_maps_in
 from .group_properties import diffraction_groups
 from .response import in_other_spaces, responses_in
@@ -29,6 +30,11 @@ def resampled_pictures(scene: bpy.types.Scene) -> list[str]:
         return []
     largest = max(max(picture.size) for picture in pictures)
     lines = []
+    if scene.render.engine == compat.eevee_engine() and has_window() and mesa.sharpens_textures():
+        lines.append(
+            "EEVEE draws on the processor here, and sharpens the diffraction's table; use Cycles, or see Direct in the "
+            "documentation for the variable to start Blender with"
+        )
     if scene.render.engine == "CYCLES":
         if scene.render.use_simplify and min(_limits(scene)) < largest:
             lines.append("Simplify > Texture Limit resamples the diffraction's table; set it to No Limit")

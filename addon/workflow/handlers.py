@@ -20,6 +20,7 @@ from itertools import islice
 import bpy
 from bpy.app.handlers import persistent
 
+from ..blender import mesa
 from ..blender.changes import STILL, note_change, seconds_until_still
 from ..blender.guard import guarded
 from ..blender.rendering import is_rendering
@@ -116,6 +117,8 @@ def show_what_renders(scene: bpy.types.Scene, *_: object) -> None:
     """Before a render. Lamps that only the viewport hides become visible."""
     if scene.library is not None or not _has_diffraction():
         return
+    if bpy.app.background:
+        mesa.filter_as_cards_do()
     if not is_rendering():  # With a window, a render runs in its own thread, where no data may be created.
         drop_stale_sources(scene)
         update_lamps(scene, exactly=False)
