@@ -125,9 +125,9 @@ def compared(shared_data):
     """For a skin, its comparisons both ways in a laboratory."""
     if not (shared_data / "thesis_figures" / f"{ELAPHE.name}.png").is_file():
         pytest.skip("no photographs: ../shared/data/thesis_figures has none")
-    skins = {one: bake(prepare(skin(shared_data, one.skin))) for one in (ELAPHE, XENOPELTIS)}
+    skins = {one.skin: bake(prepare(skin(shared_data, one.skin))) for one in (ELAPHE, XENOPELTIS)}
     return lambda one, *laboratory: photographs.both_ways(
-        skins[one], read(shared_data / "thesis_figures", one), one, laboratory or photographs.DRAWN
+        skins[one.skin], read(shared_data / "thesis_figures", one), one, laboratory or photographs.DRAWN
     )
 
 
