@@ -181,8 +181,8 @@ def main(argv: list[str] | None = None) -> None:
     report.add_json(parser)
     arguments = parser.parse_args(argv)
     figures = arguments.shared / "thesis_figures"
-    if not (figures / f"{ELAPHE.name}.png").is_file():
-        report.say(f"skipped: there are no photographs in {figures}", arguments.json)
+    if not (figures / f"{ELAPHE.name}.png").is_file() or not (arguments.shared / "snake").is_dir():
+        report.say(f"skipped: {arguments.shared} lacks the photographs or the scans", arguments.json)
         return
     rows, brightness, fits = [], [], []
     for one in (ELAPHE, XENOPELTIS):

@@ -117,7 +117,7 @@ def test_the_screen_shows_a_laser_where_the_grating_equation_says(along_b, turn_
 
 def test_without_photographs_the_benchmark_says_so(tmp_path, capsys):
     photographs.main(["--shared", str(tmp_path)])
-    assert capsys.readouterr().out.startswith("skipped: there are no photographs in")
+    assert capsys.readouterr().out == f"skipped: {tmp_path} lacks the photographs or the scans\n"
 
 
 @pytest.fixture(scope="module")
