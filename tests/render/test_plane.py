@@ -293,7 +293,8 @@ def test_rendered_lobes_hold_the_cores_energy(bakes, picture):
     # nm, are flat to 2 exp(-2 pi^2 / 1.6^2) = 1e-3.
     size = 200
     assert 2 / size < 1.6 * blazed.bake.sigma_b
-    core = np.nan_to_num(brdf_map.from_reference(blazed.relief, blazed.bake.sigma_b, size, theta_i=0.0, step_m=10e-9))
+    wi, seen = brdf_map.light_from(0.0), brdf_map.seen_colour(10e-9)
+    core = np.nan_to_num(brdf_map.from_reference(blazed.relief, blazed.bake.sigma_b, size, wi=wi, seen=seen))
     axis = (np.arange(size) + 0.5) * 2 / size - 1
     rgb = np.maximum(brdf_map.linear_rgb(core), 0) @ LUMINANCE
     truth = rgb[:, np.abs(axis + 0.22) < 0.1].sum() * (2 / size) ** 2
