@@ -12,8 +12,8 @@ _CARDS = Path("/dev/dri")
 
 
 def sharpens_textures() -> bool:
-    """Whether Mesa renders on the processor with anisotropic filtering. Then each texture look-up takes about five times
-    as long, and textures are sharpened, which no graphics card does. Blender's preference has no effect there."""
+    """Whether Mesa renders on the processor with anisotropic filtering. Then each texture look-up takes about five
+    times as long, and textures are sharpened, which no graphics card does. Blender's preference has no effect there."""
     return sys.platform == "linux" and _OVERRIDE not in os.environ and not any(_CARDS.glob("renderD*"))
 
 
