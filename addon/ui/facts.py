@@ -264,9 +264,9 @@ def _outdated(grating: Grating) -> str:
     from ..workflow.restoring_bakes import is_lost
 
     if is_lost(grating):
-        return "The file of its bake is gone"
+        return marked("The file of its bake is gone")
     if not is_asked_otherwise(grating):
         return ""
     if is_asked_by_earlier_version(grating):
-        return "Baked by an earlier version of the extension"
-    return "Settings changed since this bake"
+        return marked("Baked by an earlier version of the extension")
+    return marked("Settings changed since this bake")
