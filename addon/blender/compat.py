@@ -79,6 +79,8 @@ def remove_replaced(block: bpy.types.ID) -> None:
     it maps them, and the group may lie where the deleted one lay."""
     if isinstance(block, bpy.types.NodeTree) and bpy.app.version < (5, 0, 0):
         block.nodes.clear()
+        for key in list(block.keys()):  # what marks it as a part of a grating
+            del block[key]
         block.name = f"Replaced {block.name}"
         return
     bpy.data.batch_remove([block])

@@ -23,8 +23,10 @@ def dialog(addon):
 
     def chosen(*paths, size_um=0.0):
         operator = addon.import_height_map.ImportHeightMap
-        held = SimpleNamespace(size_um=size_um, offered_um=0.0, origin="")
-        held._paths = lambda: [str(path) for path in paths]
+        # As Blender's file dialog gives them: one path, or a folder with the names of several files.
+        files = [SimpleNamespace(name=path.name) for path in paths]
+        held = SimpleNamespace(filepath=str(paths[0]), directory=str(paths[0].parent), files=files)
+        held.size_um, held.offered_um, held.origin = size_um, 0.0, ""
         held.check = lambda: operator.check(held, bpy.context)
         held.check()
         return held
@@ -45,7 +47,7 @@ def import_in_dialog(path, **more):
 def test_the_name_s_width_is_a_default_in_the_field(dialog, named):
     found = dialog(named("skin_10um.png"))
     assert (found.size_um, found.origin) == (10, "from the file's name")
-    found._paths = lambda: [str(named("skin_20um.png"))]
+    found.filepath = str(named("skin_20um.png"))
     assert found.check() and found.size_um == 20
 
 
