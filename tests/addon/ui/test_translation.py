@@ -67,8 +67,10 @@ class Translating(Layout):
         self.shown.append(self.translate(label if text is None else text, "Operator"))
 
     def untranslated(self):
-        """What is shown and has no bracket at its beginning."""
-        texts = {text.removeprefix("World: ") for text in self.shown}
+        """What is shown and has no bracket at its beginning, or after the name of the scene's world, which an earlier
+        test may have changed."""
+        world = bpy.context.scene.world
+        texts = {text if world is None else text.removeprefix(f"{world.name}: ") for text in self.shown}
         return sorted(text for text in texts if text not in NAMES and not text.startswith("["))
 
 
