@@ -84,11 +84,18 @@ def hologram_summary(group: bpy.types.NodeTree) -> str:
 
 def fit_hologram(nodes: Iterable[bpy.types.Node], meshes: Iterable[bpy.types.Object]) -> None:
     """Fit the cells of new Diffraction nodes' hologram to the shape of the first mesh's UV map."""
-    mapped = next((mesh for mesh in meshes if mesh.data.uv_layers), None)
+    things = list(meshes)
     for node in nodes:
         pattern = hologram_of(node)
-        if pattern is not None and mapped is not None:
-            pattern.inputs[ASPECT.name].default_value = uv_aspect(mapped)
+        if pattern is not None:
+            fit_pattern(pattern, things)
+
+
+def fit_pattern(pattern: bpy.types.Node, meshes: Iterable[bpy.types.Object]) -> None:
+    """Fit the cells of a pattern's node to the shape of the first mesh's UV map."""
+    mapped = next((mesh for mesh in meshes if mesh.data.uv_layers), None)
+    if mapped is not None:
+        pattern.inputs[ASPECT.name].default_value = uv_aspect(mapped)
 
 
 def fit_hologram_later(material: bpy.types.Material) -> None:

@@ -9,15 +9,14 @@ from dataclasses import dataclass
 import bpy
 
 from ...precompute.base.failure import GratingError
-from ..direction.uv_aspect import uv_aspect
 from ..direction.uv_maps import has_uv_map
 from ..gratings.direction_source import DIRECTION_REMEDY
 from ..gratings.grating import Grating, active_grating
 from ..materials.holograms.hologram_nodes import add_pattern
 from ..materials.holograms.pattern_nodes import pattern_group
-from ..materials.holograms.patterns import ASPECT, LABELS
+from ..materials.holograms.patterns import LABELS
 from ..materials.material import LABEL, check_can_change, overfull, tell_cycles
-from .adding_holograms import fit_hologram
+from .adding_holograms import fit_hologram, fit_pattern
 from .adding_presets import import_preset
 from .assigning import further, prepared
 from .baking import bake_and_wait
@@ -78,9 +77,7 @@ def add_pattern_node(scene: bpy.types.Scene, pattern: str, place: Place) -> list
     _deselect(place.tree)
     node = add_pattern(place.tree, pattern_group(pattern), place.location)
     place.tree.nodes.active = node
-    mapped = next((mesh for mesh in _meshes_with(scene, place.material) if mesh.data.uv_layers), None)
-    if mapped is not None:
-        node.inputs[ASPECT.name].default_value = uv_aspect(mapped)
+    fit_pattern(node, _meshes_with(scene, place.material))
     return [f"{LABELS[pattern]}: added to {place.material.name}; link its outputs to a Diffraction node"]
 
 
