@@ -32,7 +32,8 @@ def test_a_bake_passes_its_check_and_is_repeated(run, tmp_path, text):
     assert run("check", facts["files"][0], text, "--pairs", "100", "--progress", "none")[0] == 0
     again = ("--request", facts["files"][0], "-o", tmp_path / "two", "--no-cache", "--progress", "none", "--json", "-")
     status, out, _ = run("bake", *again)
-    assert status == 0 and json.loads(out)["delta_e"] == facts["delta_e"]
+    # NumPy adds 4272 errors in an order that depends on where they lie in memory. Their rounding is 4272 * 2^-52.
+    assert status == 0 and json.loads(out)["delta_e"] == pytest.approx(facts["delta_e"], rel=1e-12)
 
 
 def test_two_texts_of_one_grating_have_one_key_and_one_record():
