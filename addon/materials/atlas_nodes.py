@@ -173,9 +173,3 @@ def excess_albedo(tree: Tree, image: bpy.types.Image, layout: Layout, *, way: Di
     place = (way.vector * along).times_plus(step, _over((middle, STRIP_ROWS + middle), size))
     # All channels are equal, so Blender's conversion of a colour to a number does not change the value.
     return tree.math("DIVIDE", tree.image(image, place, label="X"), cosine)
-
-
-def matrix_times(tree: Tree, matrix: np.ndarray, vector: Value) -> Value:
-    """A matrix (3, 3) times a vector."""
-    rows = [tree.dot(vector, (float(x), float(y), float(z))) for x, y, z in matrix]
-    return tree.vector(*rows)

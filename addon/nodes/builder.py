@@ -189,6 +189,13 @@ class Tree:
         """a + share (b - a)."""
         return (b - a).times_plus(share, a)
 
+    def blend(self, share: Operand, a: Operand, b: Operand) -> Value:
+        """The same for vectors, by Blender's Mix node. A number counts as a vector of equal components.
+
+        Cycles evaluates it in less than half the time of Vector Math nodes."""
+        node = self.node("ShaderNodeMix", share, a, b, data_type="VECTOR", factor_mode="UNIFORM", clamp_factor=False)
+        return self.value(next(socket for socket in node.outputs if socket.enabled))
+
     def image(self, image: bpy.types.Image, at: Value, label: str = "") -> Value:
         """Look up an image at coordinates from 0 to 1, by a cubic B-spline. Outside the image, its edge continues.
 

@@ -12,6 +12,7 @@ import bpy
 
 from ...precompute.base.failure import GratingError
 from ...precompute.surface.steps.pipeline import WARNING
+from ..blender import compat
 from ..gratings.cache_folder import bakes_folder
 from ..gratings.grating import Grating, request_record
 from ..gratings.remembered_bakes import asked, note_bake
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
 # (docs/speed_against_error.md). The largest scan that a reader accepts, 90 million pixels, takes 190 s, and twice that
 # if the bake is refined. A day is 200 times as long, for deep reliefs, slow computers and waiting for other bakes.
 _LONGEST_HOURS = 24
+# The dE00 of the colours that a working space lacks, and their share of the light, from which on the panel tells them.
+_TOLD_DELTA_E, _TOLD_SHARE = 5.0, 0.1
 
 
 def start_bake(
@@ -80,6 +83,18 @@ def warnings_of(facts: dict[str, Any]) -> list[str]:
     return [line.removeprefix(WARNING) for line in facts.get("levelling", ()) if line.startswith(WARNING)]
 
 
+def shown_lines(spaces: dict[str, dict[str, float]], working_space: str) -> list[str]:
+    """What a file's working space does to a bake's colours, and the space that would show them better."""
+    found = spaces.get(working_space)
+    if found is None or found["p50"] < _TOLD_DELTA_E or found["outside"] < _TOLD_SHARE:
+        return []
+    lines = [f"{working_space} lacks {found['outside']:.0%} of its colours: dE00 {found['p50']:.0f} as shown"]
+    better = min(spaces, key=lambda space: spaces[space]["p50"] * spaces[space]["outside"])
+    if better != working_space and spaces[better]["p50"] < _TOLD_DELTA_E:
+        lines.append(f"working space {better}: dE00 {spaces[better]['p50']:.0f}")
+    return lines
+
+
 def record_bake(grating: Grating, facts: dict[str, Any], request: BakeRequest, *, taken_over: bool = False) -> None:
     """Record a finished bake in its grating. All materials that show the grating switch to it. `taken_over`: the
     request was not the grating's own, and the grating adopts it."""
@@ -92,6 +107,7 @@ def record_bake(grating: Grating, facts: dict[str, Any], request: BakeRequest, *
     summary = [
         f"dE00 {facts['delta_e']['p99']:.2f} (99 %)",
         f"coherence {facts['coherence_um']:.0f} um",
+        *shown_lines(facts.get("shown", {}), compat.working_space()),
         f"{facts['tiles']} look-ups",
         f"{facts['blender_bytes'] / 2**20:.0f} MiB",
         *(["for this scene only"] if grating.for_scene else []),

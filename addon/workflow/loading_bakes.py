@@ -10,6 +10,7 @@ import bpy
 from ...precompute.bake.request import BakeRequest, Scan, request_from
 from ...precompute.base.failure import GratingError, printable
 from ...precompute.cli.arguments import existing_bake
+from ...precompute.measure.shown_colours import is_shown
 from ...precompute.surface.description import Description
 from ...precompute.surface.height_map import is_synthetic
 from ...precompute.table.atlas_file import read_sound_header
@@ -108,6 +109,8 @@ def _found(path: Path) -> _Found:
         "blender_bytes": BYTES_PER_TEXEL * layout.width * layout.height,
         "files": [str(path)],
     }
+    if is_shown(record.get("shown")):
+        facts["shown"] = record["shown"]
     if not _needs_no_file(request):
         return _Found(request, facts, _summary_of_header(record))
     known = [_described(scan, path) for scan in request.scans]

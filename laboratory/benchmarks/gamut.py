@@ -3,11 +3,13 @@
 
     ./dev bench gamut [--json FILE|-]
 
-A spectrum's colour has negative components in every RGB space. The materials cut each of them to 0, which adds light.
-The benchmark draws directions of lamp and viewer by the light that a bake sends there, without its mirror image, and
-shows each colour at Y = 0.3. It compares the cut with two others: desaturation towards the grey of the same luminance,
-and the colour of the space with the least difference, found by search. The scans of skins are in shared/data beside the
-repository; where it is absent, samples stand for them.
+A spectrum's colour has negative components in every RGB space. The materials move such a colour towards the grey of
+the same luminance (precompute/colour/gamut.py). The benchmark draws directions of lamp and viewer by the light that a
+bake sends there, without its mirror image, and shows each colour at Y = 0.3. It compares what is shown with two others:
+each negative component cut to 0, and the colour of the space with the least difference, found by search. The materials
+map each lamp's colour before the sum. "Three lamps" are the means of three colours from different directions: mapped
+each, as in the materials, and mapped once as a sum. The scans of skins are in shared/data beside the repository; where
+it is absent, samples stand for them.
 """
 
 from collections.abc import Iterator
@@ -19,23 +21,21 @@ from precompute.bake.ensemble import bake
 from precompute.bake.request import BakeRequest
 from precompute.cli.parser import OneLineParser
 from precompute.colour.difference import delta_e_2000, lab
+from precompute.colour.gamut import shown_rgb
 from precompute.colour.observer import white_xyz
 from precompute.colour.working_space import RGB_SPACES, rgb_from_xyz
+from precompute.measure.shown_colours import colours_by_light
 from precompute.presets.presets import read_preset
 from precompute.surface.relief import prepare
 from precompute.surface.samples.ruled_gratings import blazed
-from precompute.table.radiance import reflected_xyz
 from precompute.table.table import Table
 
 from ..speed.surfaces import SHARED, SKINS, skin
 from ..study.pages import table
 from . import report
 
-SHOWN_Y = 0.3
-# Directions that are tried, and colours that are drawn from them.
-_TRIED, _DRAWN = 100_000, 500
-# Within this many standard deviations of the kernel, light counts as the mirror image.
-_MIRROR = 5.0
+# Pairs of directions that colours are drawn from.
+_TRIED = 100_000
 # The search around a colour in Lab: changes of lightness, factors on chroma, and turns of hue in degrees.
 _LIGHTNESS, _CHROMA, _HUE_DEG = np.linspace(-30, 30, 21), np.linspace(0.1, 1.1, 41), np.linspace(-40, 40, 33)
 
@@ -45,28 +45,22 @@ class Row:
     """A surface in a space. Errors are CIEDE2000 of the colours outside of the space: median and 95th percentile.
 
     outside   share of the light whose colours are outside
-    light     luminance after the cut over luminance before it, of all light"""
+    light     luminance over the spectra's, of all light: as shown, and after the cut
+    three     of three lamps whose sum is outside: mapped each, and mapped as a sum"""
 
     surface: str
     space: str
     outside: float
-    light: float
+    light: tuple[float, float]
+    shown: tuple[float, float]
     cut: tuple[float, float]
-    grey: tuple[float, float]
     least: tuple[float, float]
+    three: tuple[tuple[float, float], tuple[float, float]]
 
 
 def cut(rgb: np.ndarray) -> np.ndarray:
-    """Negative components as 0, as the materials do."""
+    """Negative components as 0."""
     return np.maximum(rgb, 0)
-
-
-def towards_grey(rgb: np.ndarray, luminance: np.ndarray) -> np.ndarray:
-    """Colours (n, 3) moved towards the grey of the same luminance until no component is negative. `luminance` (3,) are
-    the space's weights."""
-    y = (rgb @ luminance)[:, None]
-    lowest = np.minimum(rgb.min(axis=1, keepdims=True), 0)
-    return y + y / (y - lowest) * (rgb - y)
 
 
 def nearest(xyz: np.ndarray, to_rgb: np.ndarray) -> np.ndarray:
@@ -90,34 +84,33 @@ def _xyz_of_lab(given: np.ndarray, white: np.ndarray) -> np.ndarray:
     return white * np.where(f > 6 / 29, f**3, 3 * (6 / 29) ** 2 * (f - 4 / 29))
 
 
-def colours_of(baked: Table, rng: np.random.Generator) -> np.ndarray:
-    """Colours (n, 3) in XYZ that a surface shows, drawn by their light, at Y = SHOWN_Y."""
-    turn, square = 2 * np.pi * rng.random((2, _TRIED)), rng.random((2, _TRIED))
-    sine = np.sqrt(square)
-    wi, wr = np.stack([sine * np.cos(turn), sine * np.sin(turn), np.sqrt(1 - square)], axis=-1)
-    xyz = reflected_xyz(baked, wi, wr)
-    u, v = (wi + wr)[:, :2].T
-    weight = np.where(np.hypot(u, v) > _MIRROR * baked.sigma_b, np.maximum(xyz[:, 1], 0), 0)
-    drawn = xyz[rng.choice(_TRIED, _DRAWN, p=weight / weight.sum())]
-    return SHOWN_Y * drawn / drawn[:, 1:2]
-
-
 def row_of(surface: str, xyz: np.ndarray, space: str) -> Row:
     """Compare the mappings of colours (n, 3) in XYZ into a space."""
     to_rgb = rgb_from_xyz(space)
     to_xyz = np.linalg.inv(to_rgb)
-    rgb = xyz @ to_rgb.T
-    outside = (rgb < 0).any(axis=1)
+    outside = _outside(xyz, to_rgb)
 
-    def errors(mapped: np.ndarray) -> np.ndarray:
-        white = white_xyz()
-        return delta_e_2000(lab(mapped[outside] @ to_xyz.T, white), lab(xyz[outside], white))
+    def errors(mapped: np.ndarray, true: np.ndarray) -> np.ndarray:
+        return delta_e_2000(lab(mapped @ to_xyz.T, white_xyz()), lab(true, white_xyz()))
 
-    of_cut, of_grey = errors(cut(rgb)), errors(towards_grey(rgb, to_xyz[1]))
+    shown, cut_off = shown_rgb(xyz, to_rgb), cut(xyz @ to_rgb.T)
+    of_shown, of_cut = (errors(mapped[outside], xyz[outside]) for mapped in (shown, cut_off))
     # The search has steps, so a mapping may come nearer.
-    least = np.minimum(nearest(xyz[outside], to_rgb), np.minimum(of_cut, of_grey))
-    light = float((cut(rgb) @ to_xyz[1]).sum() / xyz[:, 1].sum())
-    return Row(surface, space, float(outside.mean()), light, *map(_middle_and_rest, (of_cut, of_grey, least)))
+    least = np.minimum(nearest(xyz[outside], to_rgb), np.minimum(of_cut, of_shown))
+    light = tuple(float((mapped @ to_xyz[1]).sum() / xyz[:, 1].sum()) for mapped in (shown, cut_off))
+    sums, mapped_each = (_mean_of_three(each) for each in (xyz, shown))
+    far = _outside(sums, to_rgb)
+    three = errors(mapped_each[far], sums[far]), errors(shown_rgb(sums[far], to_rgb), sums[far])
+    parts = map(_middle_and_rest, (of_shown, of_cut, least))
+    return Row(surface, space, float(outside.mean()), light, *parts, tuple(map(_middle_and_rest, three)))
+
+
+def _outside(xyz: np.ndarray, to_rgb: np.ndarray) -> np.ndarray:
+    return (xyz @ to_rgb.T < 0).any(axis=1)
+
+
+def _mean_of_three(colours: np.ndarray) -> np.ndarray:
+    return (colours + np.roll(colours, 1, axis=0) + np.roll(colours, 2, axis=0)) / 3
 
 
 def _middle_and_rest(errors: np.ndarray) -> tuple[float, float]:
@@ -141,19 +134,22 @@ def main(argv: list[str] | None = None) -> None:
     arguments = parser.parse_args(argv)
     rows = []
     for surface, baked in bakes():
-        xyz = colours_of(baked, np.random.default_rng(0))
+        xyz = colours_by_light(baked, np.random.default_rng(0), _TRIED)
         rows += [row_of(surface, xyz, space) for space in RGB_SPACES]
     report.say(
         table(
-            ["surface", "space", "light outside", "light after the cut", "cut", "towards grey", "least"],
             [
-                [row.surface, row.space, f"{row.outside:.0%}", f"{row.light:.3f}"]
-                + [f"{middle:.1f} / {rest:.1f}" for middle, rest in (row.cut, row.grey, row.least)]
+                "surface", "space", "light outside", "light as shown", "after a cut", "as shown", "cut", "least",
+                "three lamps, each", "as a sum",
+            ],
+            [
+                [row.surface, row.space, f"{row.outside:.0%}", *(f"{light:.3f}" for light in row.light)]
+                + [f"{middle:.1f} / {rest:.1f}" for middle, rest in (row.shown, row.cut, row.least, *row.three)]
                 for row in rows
             ],
         ),
         arguments.json,
-    )
+    )  # fmt: skip
     report.write({"rows": [asdict(row) for row in rows]}, arguments.json)
 
 

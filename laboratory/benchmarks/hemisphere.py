@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from precompute.colour.gamut import shown_rgb
 from precompute.colour.observer import mirror_xyz
 from precompute.colour.working_space import rgb_from_xyz
 from precompute.table.radiance import lamp_radiance, reflected_xyz
@@ -30,7 +31,7 @@ _FADE = 0.8, 0.95
 _RING_SHARE = 0.35
 # The mirror image is summed in steps of a quarter of sigma_b, up to 5 sigma_b from its middle.
 _MIRROR_STEP, _MIRROR_ENDS = 0.25, 5.0
-_RGB = rgb_from_xyz("Rec.709").T
+_RGB = rgb_from_xyz("Rec.709")
 
 
 @dataclass(frozen=True)
@@ -117,7 +118,7 @@ def without_mirror(table: Table) -> Table:
 
 def _answers(table: Table, wi: np.ndarray, wr: np.ndarray) -> np.ndarray:
     """Linear Rec.709 (n, 3) towards wr (3,) under unit irradiance from wi (n, 3)."""
-    return np.maximum(reflected_xyz(table, wi, np.broadcast_to(wr, wi.shape)) @ _RGB, 0)
+    return shown_rgb(reflected_xyz(table, wi, np.broadcast_to(wr, wi.shape)), _RGB)
 
 
 def directional_albedo(table: Table, theta_r: float) -> np.ndarray:

@@ -28,6 +28,7 @@ from precompute.bake.request import BakeRequest
 from precompute.cli.option_types import count
 from precompute.cli.parser import OneLineParser
 from precompute.colour.difference import delta_e_2000, lab
+from precompute.colour.gamut import shown_rgb
 from precompute.colour.observer import white_xyz
 from precompute.colour.working_space import rgb_from_xyz
 from precompute.measure.errors import COUNTED_Y
@@ -84,7 +85,7 @@ class PlaneView:
         form (brdf_map.from_method)."""
         wi, wr = self.directions()
         gain = scattering_factor(wi, wr, ior, stam=True)
-        rgb = np.maximum(xyz_over_w2(*(wi + wr).T) @ rgb_from_xyz("Rec.709").T, 0)
+        rgb = shown_rgb(xyz_over_w2(*(wi + wr).T), rgb_from_xyz("Rec.709"))
         return (gain[:, None] * rgb).reshape(self.pixels, self.pixels, 3)
 
     def reflectance(self) -> np.ndarray:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from precompute.colour.gamut import shown_rgb
 from precompute.colour.working_space import rgb_from_xyz
 from precompute.table.radiance import reflected_xyz
 from precompute.table.table import Table
@@ -61,7 +62,7 @@ def picture(
         light[part] = reflected_xyz(table, wi @ to_skin, wr[part] @ to_skin)
     # A patch sends its radiance times its cosine, and the screen has a cosine of its own.
     falls = wr[:, 2] * np.abs(wr @ np.cross(right, up)) / distance[:, 0] ** 2
-    return np.maximum(light @ rgb_from_xyz().T * falls[:, None], 0).reshape(*shape, 3)
+    return (shown_rgb(light, rgb_from_xyz()) * falls[:, None]).reshape(*shape, 3)
 
 
 def _frame(laboratory: Laboratory) -> np.ndarray:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..base.progress import Progress, span_of
+from ..measure.shown_colours import is_shown, shown_colours
 from ..optics import coherence
 from ..surface.height_map import HeightMap
 from ..surface.relief import Relief, relief_of
@@ -63,6 +64,7 @@ def bake_to_folder(
         "coherence_um": provenance["coherence_um"],
         "levelling": told,
         "delta_e": made.errors.as_dict(),
+        "shown": provenance["shown"],
         "files": [str(file) for file in pictures],
     }
 
@@ -103,6 +105,7 @@ def provenance_of(
         "asked_delta_e": request.delta_e,
         "request": request.as_dict(),
         "delta_e": made.errors.as_dict(),
+        "shown": {space: found.as_dict() for space, found in shown_colours(made.table).items()},
     }
 
 
@@ -121,6 +124,7 @@ def are_facts(facts: Mapping[str, Any], height_maps: Sequence[HeightMap]) -> boo
         and all(isinstance(line, str) for line in told)
         and isinstance(errors, dict)
         and all(_is_figure(errors.get(key)) for key in _ERRORS)
+        and is_shown(facts.get("shown", {}))
     )
 
 

@@ -14,6 +14,7 @@ from ..bake.request import BakeRequest, Scan, request_from
 from ..base.failure import GratingError
 from ..base.progress import span_of
 from ..base.strict_json import read_json
+from ..measure.shown_colours import told
 from ..presets.presets import preset_names, read_preset
 from ..table import atlas_file
 from .arguments import add_bake_options, add_input
@@ -161,6 +162,7 @@ def bake_summary(facts: Mapping[str, Any]) -> tuple[str, ...]:
         f"{origin}{facts['seconds']:.1f} s",
         f"dE00 mean {de['mean']:.2f}, p95 {de['p95']:.2f}, p99 {de['p99']:.2f}, max {de['max']:.2f} "
         f"({de['pairs']} direction pairs)",
+        *filter(None, [told(facts.get("shown", {}))]),
         *facts.get("levelling", ()),
         f"self-check {facts['check_seconds']:.1f} s",
     )

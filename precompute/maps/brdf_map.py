@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..base.progress import Progress, silent
+from ..colour.gamut import shown_rgb
 from ..colour.observer import WAVELENGTH_MIN_M, spectral_weights, wavelengths
 from ..colour.working_space import rgb_from_xyz, srgb_encode
 from ..methods.method import Method
@@ -157,7 +158,7 @@ def _gains(wi: np.ndarray, view: np.ndarray, *, stam: bool) -> tuple[np.ndarray,
 
 
 def linear_rgb(xyz: np.ndarray, illuminant: str = "D65") -> np.ndarray:
-    """Convert XYZ (..., 3) to linear Rec.709."""
+    """Convert XYZ (..., 3) to linear Rec.709. Pure colours have negative components."""
     return xyz @ rgb_from_xyz("Rec.709", illuminant).T
 
 
@@ -169,5 +170,6 @@ def picture(xyz: np.ndarray, illuminant: str = "D65", percentile: float = 99.5) 
     luminance = xyz[..., 1][np.isfinite(xyz[..., 1])]
     level = np.percentile(luminance, percentile)
     level = level if level > 0 else max(luminance.max(), 1e-30)
-    rgb = np.where(np.isnan(xyz), 1.0, srgb_encode(linear_rgb(np.nan_to_num(xyz) / level, illuminant)))
+    rgb = shown_rgb(np.nan_to_num(xyz) / level, rgb_from_xyz("Rec.709", illuminant))
+    rgb = np.where(np.isnan(xyz), 1.0, srgb_encode(rgb))
     return np.rint(rgb[::-1] * 255).astype(np.uint8)

@@ -6,10 +6,11 @@ below it shows the views in the plane of the light, from the light's side to the
 
 import numpy as np
 
-from ..colour.working_space import srgb_encode
+from ..colour.gamut import shown_rgb
+from ..colour.working_space import rgb_from_xyz, srgb_encode
 from ..table.radiance import reflected_xyz
 from ..table.table import Table
-from .brdf_map import from_bake, light_from, linear_rgb
+from .brdf_map import from_bake, light_from
 from .canvas import FAINT, GROUND, INK, SIDE, Canvas
 
 # The disc's side and its upper left corner; the strip's upper edge, height and width; all in pixels.
@@ -49,7 +50,8 @@ def _level(luminance: np.ndarray) -> float:
 
 
 def _coded(xyz: np.ndarray, illuminant: str) -> np.ndarray:
-    return np.rint(srgb_encode(linear_rgb(np.nan_to_num(xyz), illuminant)) * 255).astype(np.uint8)
+    rgb = shown_rgb(np.nan_to_num(xyz), rgb_from_xyz("Rec.709", illuminant))
+    return np.rint(srgb_encode(rgb) * 255).astype(np.uint8)
 
 
 def _draw_rings(canvas: Canvas, theta_i: float) -> None:

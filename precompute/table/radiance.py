@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..colour.gamut import shown_rgb
 from ..colour.working_space import rgb_from_xyz
 from ..optics.brdf import half_angle_cosine, scattering_factor
 from ..optics.fresnel import KERATIN_IOR, fresnel_reflectance
@@ -94,7 +95,7 @@ def lamp_radiance(
     """Radiance in linear Rec.709 (n, 3), W/m2/sr, by reflected_xyz, for wi, wr (n, 3).
 
     `irradiance` (3,) or (n, 3) in W/m2 is that of a surface that faces the lamp. The radiance is 0 if the lamp or the
-    viewer is below the surface. Negative components are clipped, as in a renderer."""
+    viewer is below the surface. No component is negative (colour/gamut.py)."""
     lit = (wi[:, 2] > 0) & (wr[:, 2] > 0)
-    rgb = reflected_xyz(table, wi, wr, variance=variance, skin=skin) @ rgb_from_xyz("Rec.709").T
-    return np.maximum(rgb, 0) * irradiance * lit[:, None]
+    xyz = reflected_xyz(table, wi, wr, variance=variance, skin=skin)
+    return shown_rgb(xyz, rgb_from_xyz("Rec.709")) * irradiance * lit[:, None]

@@ -45,7 +45,8 @@ from ....precompute.table.atlas import Layout
 from ...nodes.arrange import arrange
 from ...nodes.builder import Tree, Value
 from ...nodes.interface import add_interface
-from ..atlas_nodes import AtlasTable, albedo_bound, excess_albedo, matrix_times, zero_order_xyz
+from ..atlas_nodes import AtlasTable, albedo_bound, excess_albedo, zero_order_xyz
+from ..gamut_nodes import shown_rgb
 from ..plate_nodes import Plate
 from ..response import QUESTION, TWO_RADIANCES, Response
 from ..small_slope_nodes import dielectric_ior, small_slope_reflectance
@@ -101,9 +102,7 @@ def build_direct_group(name: str, image: bpy.types.Image, layout: Layout, *, rgb
     mirrored = mirrored * kernel
 
     def radiance(table_xyz: Value) -> Value:
-        rgb = matrix_times(tree, rgb_from_xyz, table_xyz * scattered + mirrored) * gain
-        # Out-of-gamut spectral colours have negative components, which renderers cannot use.
-        return tree.vector_math("MAXIMUM", rgb, (0.0, 0.0, 0.0))
+        return shown_rgb(tree, rgb_from_xyz, table_xyz * scattered + mirrored) * gain
 
     finer = radiance(finer)
     coarser = finer if coarser is None else radiance(coarser)

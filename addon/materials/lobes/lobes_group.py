@@ -47,7 +47,8 @@ from ....precompute.table.atlas import Layout
 from ...nodes.arrange import arrange
 from ...nodes.builder import Tree, Value
 from ...nodes.interface import add_interface
-from ..atlas_nodes import AtlasTable, albedo_bound, excess_albedo, matrix_times, zero_order_xyz
+from ..atlas_nodes import AtlasTable, albedo_bound, excess_albedo, zero_order_xyz
+from ..gamut_nodes import shown_rgb
 from ..plate_nodes import Plate
 from ..response import WORLD_ANSWER, WORLD_QUESTION
 from ..small_slope_nodes import dielectric_ior, small_slope_reflectance
@@ -78,10 +79,6 @@ def build_world_group(
     view = plate.inside(tree, to_view)
     cos_r = tree.maximum(view.cosine, _COSINE_MIN)
     skin = tree.squared(tree.squared(roughness))
-
-    def surface_rgb(xyz: Value) -> Value:
-        rgb = matrix_times(tree, rgb_from_xyz, xyz)
-        return tree.vector_math("MAXIMUM", rgb, (0.0, 0.0, 0.0))
 
     def width(variance: Value | float, w: Value) -> Value:
         """The roughness of a closure with a variance in (u, v), including the skin's."""
@@ -116,7 +113,7 @@ def build_world_group(
     # The kernel above a plate, around the mirror image there.
     sigma, cos_above = layout.sigma_b * plate.ior, tree.maximum(to_view.cosine, _COSINE_MIN) if plate.present else cos_r
     mirrored = _mean_over_mirror_image(tree, mirrored_xyz, view=to_view.vector, cosine=cos_above, sigma=sigma)
-    mirrored = surface_rgb(mirrored) * seen
+    mirrored = shown_rgb(tree, rgb_from_xyz, mirrored) * seen
     mirror_roughness = width(sigma**2, cos_above * 2.0)
 
     place = tree.value(geometry.outputs["Position"])
@@ -143,8 +140,8 @@ def build_world_group(
     total = tree.maximum(tree.dot(xyz, (1.0, 1.0, 1.0)), _SUM_MIN)
     # No light has a larger component than the most saturated colour. Rounding errors of the table in the dark may.
     red, green, blue = (float(row.max()) for row in rgb_from_xyz)
-    colour = tree.vector_math("MINIMUM", surface_rgb(xyz) * tree.math("DIVIDE", 1.0, total), (red, green, blue))
-    colour = colour * drawn_weight(layout.illuminant)
+    colour = shown_rgb(tree, rgb_from_xyz, xyz) * tree.math("DIVIDE", 1.0, total)
+    colour = tree.vector_math("MINIMUM", colour, (red, green, blue)) * drawn_weight(layout.illuminant)
     if plate.present:
         cosine2 = plate.cosine2_above(tree, light)
     real = tree.math("GREATER_THAN", cosine2, _COSINE_MIN**2) * seen

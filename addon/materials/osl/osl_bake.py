@@ -23,7 +23,7 @@ def build_osl_direct(name: str, bake_path: Path, layout: Layout, *, rgb_from_xyz
     """The response of a bake's file as a shader; rgb_from_xyz (3, 3) converts to the scene's linear space.
 
     Raises GratingError, and leaves nothing behind, if the file cannot be read or the shader does not compile."""
-    text = joined(_constants(bake_path, layout, rgb_from_xyz), ("fresnel", "small_slope", "direct"))
+    text = joined(_constants(bake_path, layout, rgb_from_xyz), ("fresnel", "small_slope", "gamut", "direct"))
     return script_group(f"Direct {name}", text, QUESTION)
 
 

@@ -42,7 +42,16 @@ def build_osl_response(name: str, images_path: Path, rgb_from_xyz: np.ndarray) -
 def shader_text(layout: Layout, images_path: Path, rgb_from_xyz: np.ndarray) -> str:
     """The complete source of the shader for a layout."""
     window = "pq" if layout.method == "pq" else "window"
-    parts = [window, layout.expansion, "images", "flss", *(["nmm"] if layout.period_m else []), "fresnel", "radiance"]
+    parts = [
+        window,
+        layout.expansion,
+        "images",
+        "flss",
+        *(["nmm"] if layout.period_m else []),
+        "fresnel",
+        "gamut",
+        "radiance",
+    ]
     return joined(_constants(layout, images_path, rgb_from_xyz), parts)
 
 
@@ -72,6 +81,7 @@ def _constants(layout: Layout, images_path: Path, rgb_from_xyz: np.ndarray) -> d
         "STEP": float(lambdas[1] - lambdas[0]) * _UM,
         "SAMPLES": len(lambdas),
         "WEIGHTS": colours(spectral_weights(lambdas, layout.illuminant) @ np.transpose(rgb_from_xyz)),
+        "LUMINANCE": "vector({:.8g}, {:.8g}, {:.8g})".format(*np.linalg.inv(rgb_from_xyz)[1]),
         "RESPONSE": "grating_wavelengths" if layout.period_m else "all_wavelengths",
     }
     if layout.period_m:

@@ -47,6 +47,7 @@ def test_a_bake_of_a_scan_shows_its_figures(scene, baked):
     assert grating.bake_summary.splitlines()[0] == f"dE00 {header['delta_e']['p99']:.2f} (99 %)"
     assert f"coherence {header['coherence_um']:.0f} um" in grating.bake_summary
     assert "look-ups" in grating.bake_summary and "MiB" in grating.bake_summary
+    assert set(header["shown"]) == {"Rec.709", "Rec.2020", "ACEScg"}
     relief = f"relief {header['height_range_m'] * 1e9:.0f} nm levelled"
     assert grating.summary.splitlines() == ["4 x 4 um", relief, "from its bake, without waves.png"]
     assert (grating.matter, grating.delta_e, grating.coherence_um) == ("DIELECTRIC", 1.0, 0.0)
@@ -149,3 +150,17 @@ def test_undo_takes_the_grating_out(scene, baked):
     assert not bpy.context.scene.natural_gratings.items
     bpy.ops.ed.redo()
     assert bpy.context.scene.natural_gratings.items[0].bake_summary.startswith("dE00")
+
+
+def test_the_panel_says_what_the_working_space_does_to_the_colours(addon):
+    """Only where it is seen, and with the space that would show them better."""
+    lines = addon.baking.shown_lines
+    cd = {"Rec.709": {"outside": 0.35, "p50": 8.8, "p95": 22.4}, "Rec.2020": {"outside": 0.31, "p50": 2.1, "p95": 11.9}}
+    assert lines(cd, "Rec.709") == [
+        "Rec.709 lacks 35% of its colours: dE00 9 as shown",
+        "working space Rec.2020: dE00 2",
+    ]
+    assert lines(cd, "Rec.2020") == lines({}, "Rec.709") == []
+    skin = {"Rec.709": {"outside": 0.23, "p50": 3.1, "p95": 6.9}}
+    assert lines(skin, "Rec.709") == []
+    assert lines({"Rec.709": cd["Rec.709"]}, "Rec.709") == ["Rec.709 lacks 35% of its colours: dE00 9 as shown"]
