@@ -19,12 +19,12 @@ import numpy as np
 
 from precompute.bake.ensemble import bake
 from precompute.bake.request import BakeRequest
+from precompute.bake.table_colours import colours_by_light
 from precompute.cli.parser import OneLineParser
 from precompute.colour.difference import delta_e_2000, lab
 from precompute.colour.gamut import shown_rgb
 from precompute.colour.observer import white_xyz
 from precompute.colour.working_space import RGB_SPACES, rgb_from_xyz
-from precompute.measure.shown_colours import colours_by_light
 from precompute.presets.presets import read_preset
 from precompute.surface.relief import prepare
 from precompute.surface.samples.ruled_gratings import blazed

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..base.progress import Progress, span_of
-from ..measure.shown_colours import is_shown, shown_colours
+from ..measure.shown_colours import is_shown
 from ..optics import coherence
 from ..surface.height_map import HeightMap
 from ..surface.relief import Relief, relief_of
@@ -22,6 +22,7 @@ from ..table.sample_set import path_beside
 from .kernel import extent
 from .make import Made, make
 from .request import BakeRequest
+from .table_colours import shown_colours
 
 # The share of a bake's time that levelling takes, about.
 _LEVELLED = 0.01

@@ -4,6 +4,7 @@
 A bake's own error is that of its table. Colours outside of a renderer's space have a further error, however exact the
 table is (precompute/colour/gamut.py)."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,15 +14,12 @@ from ..colour.difference import delta_e_2000, lab
 from ..colour.gamut import shown_rgb
 from ..colour.observer import white_xyz
 from ..colour.working_space import RGB_SPACES, rgb_from_xyz
-from ..table.radiance import reflected_xyz
-from ..table.table import Table
+from .errors import Candidate, Truth
 
 # The exposure: the luminance of every colour, where white is 1.
 SHOWN_Y = 0.3
 # Number of colours that are drawn.
 _DRAWN = 500
-# Within this many standard deviations of the kernel, light counts as the mirror image.
-_MIRROR = 5.0
 
 
 @dataclass(frozen=True)
@@ -40,38 +38,46 @@ class ShownColours:
         return {"outside": self.outside, "p50": self.p50, "p95": self.p95}
 
 
-def shown_colours(table: Table) -> dict[str, ShownColours]:
-    """What each space of RGB_SPACES does to a table's colours. A table without light beside the mirror image gives an
-    empty dictionary."""
-    xyz = colours_by_light(table, np.random.default_rng(0))
-    return {space: shown_in(xyz, space, table.illuminant) for space in RGB_SPACES} if len(xyz) else {}
+# What each space of RGB_SPACES does to the colours of a surface; empty for a surface without light.
+Shown = dict[str, ShownColours]
 
 
-def colours_by_light(table: Table, rng: np.random.Generator, tried: int = 20_000) -> np.ndarray:
-    """Colours (n, 3) in XYZ that a surface shows beside its mirror image, at Y = SHOWN_Y. They are drawn by their light
-    from `tried` pairs of directions."""
-    turn, square = 2 * np.pi * rng.random((2, tried)), rng.random((2, tried))
-    sine = np.sqrt(square)
-    wi, wr = np.stack([sine * np.cos(turn), sine * np.sin(turn), np.sqrt(1 - square)], axis=-1)
-    xyz = reflected_xyz(table, wi, wr)
-    u, v = (wi + wr)[:, :2].T
-    weight = np.where(np.hypot(u, v) > _MIRROR * table.sigma_b, np.maximum(xyz[:, 1], 0), 0)
+def shown_against(truth: Sequence[Truth], candidate: Candidate, illuminant: str, *, holds_reflectance: bool) -> Shown:
+    """What each space does to a candidate's colours, against the truth's, at the pairs that are spread over all
+    directions."""
+    parts = []
+    for each in truth:
+        spread = each.only(~each.pairs.drawn)
+        factor = spread.pairs.radiance_factor(holds_reflectance=holds_reflectance)[:, None]
+        found = candidate(spread.pairs.u, spread.pairs.v, each.w)[0]
+        parts.append(np.stack([factor * spread.scattered_xyz / each.w**2, factor * found]))
+    true, found = np.concatenate(parts, axis=1)
+    chosen = chosen_by_light(true[:, 1], np.random.default_rng(0))
+    scale = SHOWN_Y / true[chosen, 1:2]
+    return in_all_spaces(scale * true[chosen], scale * found[chosen], illuminant)
+
+
+def chosen_by_light(luminance: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Indices of colours, drawn in proportion to their luminance (n,); none if all are dark."""
+    weight = np.maximum(luminance, 0)
     total = weight.sum()
-    if not total > 0:
-        return np.empty((0, 3))
-    drawn = xyz[rng.choice(tried, _DRAWN, p=weight / total)]
-    return SHOWN_Y * drawn / drawn[:, 1:2]
+    return rng.choice(len(weight), _DRAWN, p=weight / total) if total > 0 else np.empty(0, int)
 
 
-def shown_in(xyz: np.ndarray, space: str, illuminant: str = "D65") -> ShownColours:
-    """What an RGB space does to colours (n, 3) in XYZ."""
+def in_all_spaces(true: np.ndarray, found: np.ndarray, illuminant: str) -> Shown:
+    """What each space does to colours `found` (n, 3) in XYZ, against the true ones (n, 3)."""
+    return {space: shown_in(true, found, space, illuminant=illuminant) for space in RGB_SPACES} if len(true) else {}
+
+
+def shown_in(true: np.ndarray, found: np.ndarray, space: str, *, illuminant: str = "D65") -> ShownColours:
+    """What an RGB space does to colours `found` (n, 3) in XYZ, against the true ones (n, 3)."""
     to_rgb = rgb_from_xyz(space, illuminant)
-    outside = (xyz @ to_rgb.T < 0).any(axis=1)
+    outside = (true @ to_rgb.T < 0).any(axis=1)
     if not outside.any():
         return ShownColours(0.0, 0.0, 0.0)
-    kept = xyz[outside]
     white = white_xyz(illuminant)
-    errors = delta_e_2000(lab(shown_rgb(kept, to_rgb) @ np.linalg.inv(to_rgb).T, white), lab(kept, white))
+    shown = shown_rgb(found[outside], to_rgb) @ np.linalg.inv(to_rgb).T
+    errors = delta_e_2000(lab(shown, white), lab(true[outside], white))
     return ShownColours(float(outside.mean()), float(np.median(errors)), float(np.percentile(errors, 95)))
 
 

@@ -8,9 +8,10 @@ import pytest
 
 from precompute.bake.ensemble import bake
 from precompute.bake.request import BakeRequest
+from precompute.bake.table_colours import shown_colours
 from precompute.colour.observer import observer, white_xyz
 from precompute.colour.working_space import RGB_SPACES
-from precompute.measure.shown_colours import SHOWN_Y, is_shown, shown_colours, shown_in, told
+from precompute.measure.shown_colours import SHOWN_Y, is_shown, shown_in, told
 from precompute.surface.relief import prepare
 from precompute.surface.samples.catalogue import make_sample
 from precompute.surface.samples.ruled_gratings import blazed
@@ -30,10 +31,12 @@ def test_a_blaze_is_purer_than_rec_709_and_less_so_than_the_wide_spaces(blaze):
 
 def test_a_grey_is_in_every_space_and_a_line_in_none():
     for space in RGB_SPACES:
-        found = shown_in(np.array([SHOWN_Y * white_xyz()]), space)
+        grey = np.array([SHOWN_Y * white_xyz()])
+        found = shown_in(grey, grey, space)
         assert (found.outside, found.p50, found.p95) == (0, 0, 0)
     line = observer(np.array([520e-9]), "E")
-    found = shown_in(SHOWN_Y * line / line[:, 1:2], "Rec.709")
+    line = SHOWN_Y * line / line[:, 1:2]
+    found = shown_in(line, line, "Rec.709")
     assert found.outside == 1 and found.p50 == found.p95 > 5
 
 
