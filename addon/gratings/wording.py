@@ -19,7 +19,10 @@ LABELS = {
     Setting.METHOD: "Method",
     Setting.MATTER: "Matter",
     Setting.NEEDS: "Bake for This Scene",
-    **{setting: f"the command line's {setting.value}" for setting in (Setting.MODEL, Setting.TERMS, Setting.PERIOD_NM)},
+    **{
+        setting: f"the command line's {setting.value}"
+        for setting in (Setting.MODEL, Setting.PATCH_UM, Setting.TERMS, Setting.PERIOD_NM)
+    },
 }
 
 

@@ -11,6 +11,7 @@ from functools import partial
 
 import numpy as np
 
+from ..base.failure import GratingError, Setting
 from ..base.progress import Progress, part_of, silent
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M
 from ..measure.errors import DELTA_E_OF_BOUND
@@ -26,7 +27,7 @@ from .blur_levels import with_levels
 from .expected import tell
 from .kernel import kernel_for, too_fine
 from .plan import Plan
-from .request import BakeRequest
+from .request import MODELS, BakeRequest
 from .resolution import (
     DEFAULT_BYTES,
     RESOLUTION_MAX,
@@ -67,7 +68,11 @@ def plan(
     If the request leaves the coherence length open, the kernel is widened until the table fits DEFAULT_BYTES. The table
     has `finer` times as many texels as the probe finds necessary. `progress` is called after each transform.
 
-    Raises GratingError if the requested coherence length needs a finer table than RESOLUTION_MAX allows."""
+    Raises GratingError if the requested coherence length needs a finer table than RESOLUTION_MAX allows, and for a
+    request with a patch."""
+    if request.patch_um is not None:
+        remedy = ("choose ", Setting.MODEL, f" {MODELS[1]}, or leave ", Setting.PATCH_UM, " out")
+        raise GratingError("", "the ensemble model is the mean over all places of its window", remedy)
     reliefs = (reliefs,) if isinstance(reliefs, Relief) else tuple(reliefs)
     delta_e, needs = request.delta_e, request.needs
     auto, baked, plate_ior = request.coherence_length_m is None, request.matter.baked, request.matter.plate_ior

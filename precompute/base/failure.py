@@ -22,6 +22,7 @@ class Setting(Enum):
     COHERENCE_UM = "--coherence-um"
     METHOD = "--method"
     MODEL = "--model"
+    PATCH_UM = "--patch-um"
     MATTER = "--matter"
     NEEDS = "--needs"
     TERMS = "--terms"
