@@ -54,6 +54,7 @@ class Row:
     theirs, cut, baked   differences from our sums: of WaveOpticsBrdf, of our sums with the window cut as its own, and
                          of our bake
     beyond_cut           the difference of WaveOpticsBrdf from our sums with the window cut
+    at_equal_light       the same, if WaveOpticsBrdf had as much light
     energy               the light of WaveOpticsBrdf over that of our sums
     seconds              of WaveOpticsBrdf (None if unknown), of our sums, of our bake, and of reading the bake"""
 
@@ -62,6 +63,7 @@ class Row:
     theirs: float
     cut: float
     beyond_cut: float
+    at_equal_light: float
     baked: float
     energy: float
     seconds: tuple[float | None, float, float, float]
@@ -135,7 +137,8 @@ def compared(
     theirs = np.where(views.inside, theirs, 0)
     of_ours = partial(_difference, of=ours)
     row = Row(
-        nm, deg, of_ours(theirs), of_ours(cut), _difference(theirs, of=cut), of_ours(baked), theirs.sum() / ours.sum(),
+        nm, deg, of_ours(theirs), of_ours(cut), _difference(theirs, of=cut),
+        _difference(theirs * (cut.sum() / theirs.sum()), of=cut), of_ours(baked), theirs.sum() / ours.sum(),
         (their_seconds, summed - started, bake[1], read - summed),
     )  # fmt: skip
     return row, theirs, ours
@@ -147,11 +150,13 @@ def _difference(image: np.ndarray, *, of: np.ndarray) -> float:
 
 def tables(rows: list[Row]) -> tuple[str, str]:
     """The figures and the seconds, in Markdown."""
-    header = ["wavelength", "light", "theirs", "our window cut", "theirs to ours, cut", "our bake", "energy"]
+    differences = ["theirs", "our window cut", "theirs to ours, cut", "at equal light", "our bake"]
+    header = ["wavelength", "light", *differences, "energy"]
     seconds = ["wavelength", "light", "theirs", "our sums", "our bake", "reading it"]
     cases = [[f"{row.nm} nm", f"{row.light_deg} degrees"] for row in rows]
     figures = [
-        [f"{one:.1%}" for one in (row.theirs, row.cut, row.beyond_cut, row.baked)] + [f"{row.energy:.3f}"]
+        [f"{one:.1%}" for one in (row.theirs, row.cut, row.beyond_cut, row.at_equal_light, row.baked)]
+        + [f"{row.energy:.3f}"]
         for row in rows
     ]
     times = [["-" if one is None else f"{one:.2g}" for one in row.seconds] for row in rows]

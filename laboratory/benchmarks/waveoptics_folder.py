@@ -2,8 +2,8 @@
 """The folder in which WaveOpticsBrdf and our patch model get the same surface, and in which its answers lie.
 
     heights.exr           the heights in texels, half floats: the row is x, to the right, and the column is y, upwards
-    550nm_30deg.exr       its BRDF at 550 nm under light at 30 degrees from the normal, on the side of -x: on the grid of
-                          views of maps/brdf_map.py, of any size; the row is x and the column is y
+    550nm_30deg.exr       its BRDF at 550 nm under light at 30 degrees from the normal, on the side of -x, on the grid
+                          of views of maps/brdf_map.py, of any size; the row is x and the column is y
     550nm_30deg.seconds   its processor seconds, as text (optional)
 
 `prepare` writes the heights, and `commands` are the lines of a shell that make the rest.

@@ -44,6 +44,7 @@ def test_the_figures_of_known_answers(folder):
     assert same.theirs <= ROUNDED and same.energy == pytest.approx(1, abs=ROUNDED)
     assert same.seconds[0] is None
     assert cut.beyond_cut == pytest.approx(0.02, abs=ROUNDED)
+    assert cut.at_equal_light <= ROUNDED
     # exp(-9) of the window's light is beyond the cut.
     assert cut.energy == pytest.approx(0.98, abs=0.001)
     assert 0.002 < cut.cut < 0.1 and cut.cut - 0.02 <= cut.theirs <= cut.cut + 0.021
