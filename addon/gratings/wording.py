@@ -21,7 +21,7 @@ LABELS = {
     Setting.NEEDS: "Bake for This Scene",
     **{
         setting: f"the command line's {setting.value}"
-        for setting in (Setting.MODEL, Setting.PATCH_UM, Setting.TERMS, Setting.PERIOD_NM)
+        for setting in (Setting.MODEL, Setting.PATCH_UM, Setting.SPREAD_DEG, Setting.TERMS, Setting.PERIOD_NM)
     },
 }
 

@@ -61,7 +61,8 @@ def plan(
     """Like ensemble.plan, under one window of the request's coherence length (THESIS_COHERENCE_M by default).
 
     The kernel is never widened to make the table fit. Raises GratingError for several reliefs, since the model is of
-    one patch, for a matter other than a dielectric, for needs that end below W_MIN, and as window_at does."""
+    one patch, for a matter other than a dielectric, for a spread of directions, for needs that end below W_MIN, and as
+    window_at does."""
     if len(reliefs) != 1:
         remedy = ("give one, or take ", Setting.MODEL, " ensemble")
         raise GratingError(f"{len(reliefs)} scans", "the patch model is of one", remedy)
@@ -70,6 +71,9 @@ def plan(
             "", "the patch model is of a dielectric",
             ("choose ", Setting.MODEL, f" {MODELS[0]}, or ", Setting.MATTER, f" {DIELECTRIC}"),
         )  # fmt: skip
+    if request.spread_deg is not None:
+        other = ("choose ", Setting.MODEL, f" {MODELS[0]}, or leave ", Setting.SPREAD_DEG, " out")
+        raise GratingError("", "one patch lies in one direction", other)
     needs, delta_e = request.needs, request.delta_e
     needs = replace(needs, w=(max(needs.w[0], W_MIN), needs.w[1]))
     if needs.w[1] - needs.w[0] < WIDTH_MIN:

@@ -31,12 +31,13 @@ MODELS = ("ensemble", "patch")
 DELTA_E = (1e-3, 100.0)
 COHERENCE_UM = (0.1, 1e4)
 PATCH_UM = (0.0, 1e6)
+SPREAD_DEG = (0.1, 45.0)
 SIZE_UM = (1e-3, 1e6)
 HEIGHT_NM = (1e-3, 1e6)
 # The allowed illuminants, for messages.
 ILLUMINANTS_TOLD = f"one of {', '.join(ILLUMINANTS)}, or a laser's line from {LINES_NM[0]}nm to {LINES_NM[1]}nm"
 # The keys that a request has only if they are set, so that a bake from before them keeps its key in the cache.
-_LATER_KEYS = {"patch_um"}
+_LATER_KEYS = ("patch_um", "spread_deg")
 # More scans than anyone has made of one skin.
 _SCANS_MAX = 1000
 
@@ -72,6 +73,7 @@ class BakeRequest:
     model               the model of coherence, one of MODELS
     patch_um            the centre of the patch model's window: (x, y) in micrometres, to the right and upwards from the
                         scan's lower left corner. None: the scan's middle
+    spread_deg          the standard deviation, in degrees, of the directions in which the skin lies; None: one way
     levelling           the steps that level and repair each scan, in order
     scans               scans of one skin; their spectra are averaged"""
 
@@ -84,6 +86,7 @@ class BakeRequest:
     levelling: tuple[Step, ...] = DEFAULT
     scans: tuple[Scan, ...] = ()
     patch_um: tuple[float, float] | None = None
+    spread_deg: float | None = None
 
     def as_dict(self) -> dict[str, Any]:
         """Convert the request to JSON, with every key but those of _LATER_KEYS at their defaults.
@@ -91,8 +94,9 @@ class BakeRequest:
         The scans' folders are left out, because a bake moves from machine to machine. Gratings by their parameters have
         their canonical texts."""
         scans = [{**asdict(scan), "source": _without_folder(scan.source)} for scan in self.scans]
-        later = {} if self.patch_um is None else {"patch_um": list(self.patch_um)}
-        return later | {
+        place = None if self.patch_um is None else list(self.patch_um)
+        later = zip(_LATER_KEYS, (place, self.spread_deg), strict=True)
+        return {key: value for key, value in later if value is not None} | {
             "scans": scans,
             "levelling": [step.text for step in self.levelling],
             "model": self.model,
@@ -112,7 +116,7 @@ def request_from(record: object, source: str) -> BakeRequest:
     """Convert a JSON record to a request. Missing keys have their defaults.
 
     Raises GratingError, with `source` and the key, for a value that no bake can have."""
-    known = set(BakeRequest().as_dict()) | _LATER_KEYS
+    known = {*BakeRequest().as_dict(), *_LATER_KEYS}
     if not isinstance(record, Mapping):
         raise GratingError(
             source, "holds no request for a bake", "give the .exr that `bake` wrote, or the JSON of a request"
@@ -137,6 +141,8 @@ def request_from(record: object, source: str) -> BakeRequest:
     if record.get("coherence_um") is not None:
         length_um = number_in(source, "coherence_um", record["coherence_um"], limits=COHERENCE_UM)
         found = replace(found, coherence_length_m=length_um * 1e-6)
+    if record.get("spread_deg") is not None:
+        found = replace(found, spread_deg=number_in(source, "spread_deg", record["spread_deg"], limits=SPREAD_DEG))
     return found
 
 

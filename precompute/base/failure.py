@@ -23,6 +23,7 @@ class Setting(Enum):
     METHOD = "--method"
     MODEL = "--model"
     PATCH_UM = "--patch-um"
+    SPREAD_DEG = "--spread-deg"
     MATTER = "--matter"
     NEEDS = "--needs"
     TERMS = "--terms"

@@ -6,7 +6,7 @@ import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 
-from ..bake.request import COHERENCE_UM, DELTA_E, HEIGHT_NM, ILLUMINANTS_TOLD, MODELS, PATCH_UM, SIZE_UM
+from ..bake.request import COHERENCE_UM, DELTA_E, HEIGHT_NM, ILLUMINANTS_TOLD, MODELS, PATCH_UM, SIZE_UM, SPREAD_DEG
 from ..base.failure import GratingError
 from ..colour.observer import is_illuminant
 from ..reflectance.matter import Matter
@@ -71,6 +71,11 @@ def add_bake_options(parser: argparse.ArgumentParser) -> None:
         "whose coherence length is 65 um unless given; default ensemble",
     )  # fmt: skip
     add_patch(parser, "the patch model's window")
+    parser.add_argument(
+        "--spread-deg", type=number(*SPREAD_DEG), metavar="DEG",
+        help="average over skins that lie in other directions: the standard deviation of their turns. It averages the "
+        "rays that the speckle of one scan makes, and widens orders along rings; default: one direction",
+    )  # fmt: skip
     parser.add_argument(
         "--needs", type=path_argument, metavar="NEEDS.json",
         help="bake only what a scene reaches; inside Blender the verb `needs` writes such a file",

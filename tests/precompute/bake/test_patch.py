@@ -146,6 +146,11 @@ def test_several_scans_are_refused():
         patch.plan([RELIEF, RELIEF], BakeRequest(coherence_length_m=LENGTH_M))
 
 
+def test_a_spread_of_directions_is_refused():
+    with pytest.raises(GratingError, match="one direction; choose --model ensemble, or leave --spread-deg out"):
+        patch.plan([RELIEF], BakeRequest(coherence_length_m=LENGTH_M, spread_deg=2.0))
+
+
 def test_a_metal_is_refused(tmp_path, capsys):
     with pytest.raises(GratingError, match="the patch model is of a dielectric; choose "):
         patch.plan([RELIEF], BakeRequest(coherence_length_m=LENGTH_M, matter=Matter(MIRROR)))
