@@ -76,6 +76,15 @@ class Grating(bpy.types.PropertyGroup):
         max=1e4,
         soft_max=65.0,
     )
+    spread_deg: FloatProperty(
+        name="Direction Spread",
+        description="How far the direction of the skin varies within the light spot or pixel, in degrees (standard "
+        "deviation). Smooths the rays that one small scan shows, and widens its colours sideways. 0: one direction",
+        default=0.0,
+        min=0.0,
+        max=45.0,
+        soft_max=10.0,
+    )
     matter: EnumProperty(name="Matter", description="What the surface is made of", items=MATTERS)
     layers: StringProperty(
         name="Layers",
@@ -212,6 +221,7 @@ class Grating(bpy.types.PropertyGroup):
             "scans": [self.scan(), *self.further_scans()],
             "delta_e": _decimal(self.delta_e, 6),
             "coherence_um": _decimal(self.coherence_um, 6),
+            "spread_deg": _decimal(self.spread_deg, 6),
             "matter": matter_text(self),
             "levelling": [step.text for step in steps_of([s.text for s in self.steps], f"{self.name}: Levelling")],
         }
@@ -240,6 +250,7 @@ class Grating(bpy.types.PropertyGroup):
         self.source, self.channel = first["source"], first["channel"] or ""
         self.size_um, self.height_nm = first["size_um"] or 0.0, first["height_nm"] or 0.0
         self.delta_e, self.coherence_um = record.pop("delta_e"), record.pop("coherence_um") or 0.0
+        self.spread_deg = record.pop("spread_deg", None) or 0.0
         take_matter(self, record.pop("matter"))
         self.levelling = ",".join(record.pop("levelling")) or "none"
         self.request = json.dumps(record | {"scans": others}, sort_keys=True)

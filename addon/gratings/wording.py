@@ -16,10 +16,14 @@ LABELS = {
     Setting.LEVEL: "Levelling",
     Setting.DELTA_E: "Colour Error",
     Setting.COHERENCE_UM: "Coherence",
+    Setting.SPREAD_DEG: "Direction Spread",
     Setting.METHOD: "Method",
     Setting.MATTER: "Matter",
     Setting.NEEDS: "Bake for This Scene",
-    **{setting: f"the command line's {setting.value}" for setting in (Setting.MODEL, Setting.TERMS, Setting.PERIOD_NM)},
+    **{
+        setting: f"the command line's {setting.value}"
+        for setting in (Setting.MODEL, Setting.PATCH_UM, Setting.TERMS, Setting.PERIOD_NM)
+    },
 }
 
 

@@ -35,4 +35,5 @@ def draw_quality(layout, context, grating) -> None:
         settings = body.column(align=True)
         settings.prop(grating, "delta_e")
         settings.prop(grating, "coherence_um", text="Coherence (um)" if grating.coherence_um else "Coherence (auto)")
+        settings.prop(grating, "spread_deg")
         draw_facts(body, context, grating.bake_summary)

@@ -92,7 +92,7 @@ def _settings(grating: Grating) -> tuple[Any, ...]:
     """All settings of a grating except its name."""
     scan = (bpy.path.abspath(grating.source), grating.channel, grating.size_um, grating.height_nm)
     matter = (grating.matter, grating.layers, grating.plate_ior)
-    bake = (grating.levelling, grating.delta_e, grating.coherence_um, *matter, grating.request)
+    bake = (grating.levelling, grating.delta_e, grating.coherence_um, grating.spread_deg, *matter, grating.request)
     variation = Variation() if grating.group is None else variation_of(grating.group)
     look = (tuple(grating.look.base_color), grating.look.base_roughness, grating.look.inputs, grating.look.hologram)
     return *scan, *bake, *look, grating.lights, grating.shadows, grating.footprint, grating.frame_source(), variation

@@ -11,6 +11,7 @@ from functools import partial
 
 import numpy as np
 
+from ..base.failure import GratingError, Setting
 from ..base.progress import Progress, part_of, silent
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M
 from ..measure.errors import DELTA_E_OF_BOUND
@@ -26,7 +27,7 @@ from .blur_levels import with_levels
 from .expected import tell
 from .kernel import kernel_for, too_fine
 from .plan import Plan
-from .request import BakeRequest
+from .request import MODELS, BakeRequest
 from .resolution import (
     DEFAULT_BYTES,
     RESOLUTION_MAX,
@@ -67,8 +68,15 @@ def plan(
     If the request leaves the coherence length open, the kernel is widened until the table fits DEFAULT_BYTES. The table
     has `finer` times as many texels as the probe finds necessary. `progress` is called after each transform.
 
-    Raises GratingError if the requested coherence length needs a finer table than RESOLUTION_MAX allows."""
+    Raises GratingError if the requested coherence length needs a finer table than RESOLUTION_MAX allows, for a request
+    with a patch, and for a spread of the directions of a surface that wraps or of a profile."""
+    if request.patch_um is not None:
+        remedy = ("choose ", Setting.MODEL, f" {MODELS[1]}, or leave ", Setting.PATCH_UM, " out")
+        raise GratingError("", "the ensemble model is the mean over all places of its window", remedy)
     reliefs = (reliefs,) if isinstance(reliefs, Relief) else tuple(reliefs)
+    if request.spread_deg is not None and any(relief.periodic or 1 in relief.height_m.shape for relief in reliefs):
+        fault = "only a scan of an area whose edges do not wrap has directions to spread"
+        raise GratingError("", fault, ("leave ", Setting.SPREAD_DEG, " out"))
     delta_e, needs = request.delta_e, request.needs
     auto, baked, plate_ior = request.coherence_length_m is None, request.matter.baked, request.matter.plate_ior
     sigma_b = kernel_for(reliefs, request)
@@ -112,6 +120,8 @@ def _spectra(
     needs = request.needs
     # The albedo bound sums the light in all directions, whatever the scene needs.
     farthest, greatest_w = (FARTHEST, W_MAX) if request.matter.baked else (needs.region.reach, needs.w[1])
+    if request.spread_deg is not None:
+        farthest = min(math.sqrt(2) * farthest, FARTHEST)  # the rings through the region's corners
     reach = farthest + max(KERNEL_REACH * sigma_b, _REACH_MIN)
     wavelengths = len(wavelengths_of(sigma_b, request))
     found = []
@@ -126,7 +136,9 @@ def _spectra(
                 ),
             )
         )  # fmt: skip
-    return tuple(found)
+    if request.spread_deg is None:
+        return tuple(found)
+    return tuple(series.over_turns(math.radians(request.spread_deg)) for series in found)
 
 
 def bake(

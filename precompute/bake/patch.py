@@ -29,12 +29,12 @@ from ..optics import coherence
 from ..optics.coherence import THESIS_COHERENCE_M
 from ..reference.patch_reference import PatchReference
 from ..reflectance.matter import DIELECTRIC
-from ..spectra.patch_window import PatchWindow
+from ..spectra.patch_window import window_at
 from ..surface.relief import Relief
 from ..table.table import ZERO_ORDER_SAMPLES, Table
 from .blur_levels import narrower
 from .needs import WIDTH_MIN
-from .patch_series import patch_series
+from .patch_series import PatchSeries, patch_series
 from .plan import Plan
 from .request import MODELS, BakeRequest
 from .resolution import texel_middles
@@ -61,7 +61,8 @@ def plan(
     """Like ensemble.plan, under one window of the request's coherence length (THESIS_COHERENCE_M by default).
 
     The kernel is never widened to make the table fit. Raises GratingError for several reliefs, since the model is of
-    one patch, for a matter other than a dielectric, and for needs that end below W_MIN."""
+    one patch, for a matter other than a dielectric, for a spread of directions, for needs that end below W_MIN, and as
+    window_at does."""
     if len(reliefs) != 1:
         remedy = ("give one, or take ", Setting.MODEL, " ensemble")
         raise GratingError(f"{len(reliefs)} scans", "the patch model is of one", remedy)
@@ -70,13 +71,16 @@ def plan(
             "", "the patch model is of a dielectric",
             ("choose ", Setting.MODEL, f" {MODELS[0]}, or ", Setting.MATTER, f" {DIELECTRIC}"),
         )  # fmt: skip
+    if request.spread_deg is not None:
+        other = ("choose ", Setting.MODEL, f" {MODELS[0]}, or leave ", Setting.SPREAD_DEG, " out")
+        raise GratingError("", "one patch lies in one direction", other)
     needs, delta_e = request.needs, request.delta_e
     needs = replace(needs, w=(max(needs.w[0], W_MIN), needs.w[1]))
     if needs.w[1] - needs.w[0] < WIDTH_MIN:
         raise GratingError(
             f"w up to {needs.w[1]:g}", f"the patch model begins at {W_MIN:g}", "give a larger w in the needs"
         )
-    window = PatchWindow(reliefs[0], (request.coherence_length_m or THESIS_COHERENCE_M) / 4)
+    window = window_at(reliefs[0], (request.coherence_length_m or THESIS_COHERENCE_M) / 4, request.patch_um)
     series = patch_series(window, needs.region.reach, progress)
     sigma_b = series.sigma_b
     # The kernel is narrowest at the shortest wavelength, so texels that are fine enough there are always fine enough.
@@ -110,8 +114,9 @@ def judge(reliefs: Sequence[Relief], chosen: Plan, illuminant: str, *, progress:
 
     It uses direction pairs at a few values of w."""
     rng = np.random.default_rng(0)
-    window = PatchWindow(reliefs[0], coherence.coherence_length(chosen.sigma_b) / 4)
-    reference = PatchReference(window)
+    (series,) = chosen.ensemble
+    assert isinstance(series, PatchSeries)
+    reference = PatchReference(series.window)
     reach = max(float(np.abs(axis).max()) for axis in chosen.axes)
     # From one wavelength to the next an order moves by 1.25 standard deviations of the kernel: a sum of Gaussians at
     # this spacing is flat to 7e-6.

@@ -42,17 +42,18 @@ _SERIES_TOLERANCE = 1e-4
 _ROWS_AT_ONCE = 64
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class PatchSeries(SpectrumSeries):
     """The patch model's power per bin, at Chebyshev nodes in s.
 
     `scattered_over_s2` holds all of the power, not divided by s^2, because it does not vanish with s. `amplitude` is 0.
     The light of a bin is a Gaussian of standard deviation `gaussian` in q. `sigma_b` is the standard deviation of the
     window's own kernel in (u, v) at the reference wavelength. A requested kernel is narrower than sigma_b: kernel_left
-    subtracts the difference of the variances from each bin's Gaussian."""
+    subtracts the difference of the variances from each bin's Gaussian. The patch is under `window`."""
 
-    gaussian: float = 0.0
-    sigma_b: float = 0.0
+    window: PatchWindow
+    gaussian: float
+    sigma_b: float
 
     def weights(self, s: np.ndarray) -> np.ndarray:
         """Like SpectrumSeries.weights, divided by s^2, because scattered_over_s2 holds the power itself here."""
@@ -83,7 +84,7 @@ def patch_series(window: PatchWindow, reach: float, progress: Progress = silent)
         progress("transforms", (k + 1) / count)
     grid = FrequencyGrid(axes[0].q, axes[1].q, (axes[0].transform, axes[1].transform))
     sigma_b = coherence.kernel_sigma(4 * window.sigma_m)
-    return PatchSeries(grid, s_max, power, np.zeros(count), 0.0, True, gaussian, sigma_b)
+    return PatchSeries(grid, s_max, power, np.zeros(count), window=window, gaussian=gaussian, sigma_b=sigma_b)
 
 
 class _Axis:

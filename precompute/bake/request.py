@@ -30,10 +30,14 @@ MODELS = ("ensemble", "patch")
 # scan is as long as 10 mm. Sizes are those of the readers of pictures.
 DELTA_E = (1e-3, 100.0)
 COHERENCE_UM = (0.1, 1e4)
+PATCH_UM = (0.0, 1e6)
+SPREAD_DEG = (0.1, 45.0)
 SIZE_UM = (1e-3, 1e6)
 HEIGHT_NM = (1e-3, 1e6)
 # The allowed illuminants, for messages.
 ILLUMINANTS_TOLD = f"one of {', '.join(ILLUMINANTS)}, or a laser's line from {LINES_NM[0]}nm to {LINES_NM[1]}nm"
+# The keys that a request has only if they are set, so that a bake from before them keeps its key in the cache.
+_LATER_KEYS = ("patch_um", "spread_deg")
 # More scans than anyone has made of one skin.
 _SCANS_MAX = 1000
 
@@ -67,6 +71,9 @@ class BakeRequest:
     matter              what the surface is made of
     needs               what the scene reaches
     model               the model of coherence, one of MODELS
+    patch_um            the centre of the patch model's window: (x, y) in micrometres, to the right and upwards from the
+                        scan's lower left corner. None: the scan's middle
+    spread_deg          the standard deviation, in degrees, of the directions in which the skin lies; None: one way
     levelling           the steps that level and repair each scan, in order
     scans               scans of one skin; their spectra are averaged"""
 
@@ -78,14 +85,18 @@ class BakeRequest:
     model: str = "ensemble"
     levelling: tuple[Step, ...] = DEFAULT
     scans: tuple[Scan, ...] = ()
+    patch_um: tuple[float, float] | None = None
+    spread_deg: float | None = None
 
     def as_dict(self) -> dict[str, Any]:
-        """Convert the request to JSON, with every key.
+        """Convert the request to JSON, with every key but those of _LATER_KEYS at their defaults.
 
         The scans' folders are left out, because a bake moves from machine to machine. Gratings by their parameters have
         their canonical texts."""
         scans = [{**asdict(scan), "source": _without_folder(scan.source)} for scan in self.scans]
-        return {
+        place = None if self.patch_um is None else list(self.patch_um)
+        later = zip(_LATER_KEYS, (place, self.spread_deg), strict=True)
+        return {key: value for key, value in later if value is not None} | {
             "scans": scans,
             "levelling": [step.text for step in self.levelling],
             "model": self.model,
@@ -105,7 +116,7 @@ def request_from(record: object, source: str) -> BakeRequest:
     """Convert a JSON record to a request. Missing keys have their defaults.
 
     Raises GratingError, with `source` and the key, for a value that no bake can have."""
-    known = set(BakeRequest().as_dict())
+    known = {*BakeRequest().as_dict(), *_LATER_KEYS}
     if not isinstance(record, Mapping):
         raise GratingError(
             source, "holds no request for a bake", "give the .exr that `bake` wrote, or the JSON of a request"
@@ -122,6 +133,7 @@ def request_from(record: object, source: str) -> BakeRequest:
         model=_one_of(source, "model", record.get("model", "ensemble"), MODELS),
         levelling=DEFAULT,
         scans=_scans(source, _list(source, "scans", record.get("scans", []))),
+        patch_um=None if record.get("patch_um") is None else _place(source, record["patch_um"]),
     )
     if "levelling" in record:
         steps = steps_of(_list(source, "levelling", record["levelling"]), f"{source}: levelling")
@@ -129,6 +141,8 @@ def request_from(record: object, source: str) -> BakeRequest:
     if record.get("coherence_um") is not None:
         length_um = number_in(source, "coherence_um", record["coherence_um"], limits=COHERENCE_UM)
         found = replace(found, coherence_length_m=length_um * 1e-6)
+    if record.get("spread_deg") is not None:
+        found = replace(found, spread_deg=number_in(source, "spread_deg", record["spread_deg"], limits=SPREAD_DEG))
     return found
 
 
@@ -157,6 +171,13 @@ def _list(source: str, key: str, value: Any) -> list[Any]:
     if not isinstance(value, list):
         raise GratingError(source, f"{key}: cannot be {value!r:.30}", "give a list")
     return value
+
+
+def _place(source: str, value: Any) -> tuple[float, float]:
+    if not isinstance(value, list) or len(value) != 2:
+        raise GratingError(source, f"patch_um: cannot be {value!r:.30}", "give a list of two numbers, x and y")
+    x, y = (number_in(source, "patch_um", one, limits=PATCH_UM) for one in value)
+    return x, y
 
 
 def _illuminant(source: str, value: Any) -> str:

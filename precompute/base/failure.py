@@ -22,6 +22,8 @@ class Setting(Enum):
     COHERENCE_UM = "--coherence-um"
     METHOD = "--method"
     MODEL = "--model"
+    PATCH_UM = "--patch-um"
+    SPREAD_DEG = "--spread-deg"
     MATTER = "--matter"
     NEEDS = "--needs"
     TERMS = "--terms"

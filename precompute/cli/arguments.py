@@ -6,7 +6,7 @@ import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 
-from ..bake.request import COHERENCE_UM, DELTA_E, HEIGHT_NM, ILLUMINANTS_TOLD, MODELS, SIZE_UM
+from ..bake.request import COHERENCE_UM, DELTA_E, HEIGHT_NM, ILLUMINANTS_TOLD, MODELS, PATCH_UM, SIZE_UM, SPREAD_DEG
 from ..base.failure import GratingError
 from ..colour.observer import is_illuminant
 from ..reflectance.matter import Matter
@@ -70,6 +70,12 @@ def add_bake_options(parser: argparse.ArgumentParser) -> None:
         help="model of coherence: the mean over all places of a window, or the thesis's one patch under one window, "
         "whose coherence length is 65 um unless given; default ensemble",
     )  # fmt: skip
+    add_patch(parser, "the patch model's window")
+    parser.add_argument(
+        "--spread-deg", type=number(*SPREAD_DEG), metavar="DEG",
+        help="average over skins that lie in other directions: the standard deviation of their turns. It averages the "
+        "rays that the speckle of one scan makes, and widens orders along rings; default: one direction",
+    )  # fmt: skip
     parser.add_argument(
         "--needs", type=path_argument, metavar="NEEDS.json",
         help="bake only what a scene reaches; inside Blender the verb `needs` writes such a file",
@@ -86,6 +92,24 @@ def add_bake_options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     add_level(parser, "plane", None)
     parser.add_argument("--no-cache", action="store_true", help="bake even if the cache has this bake")
+
+
+def add_patch(parser: argparse.ArgumentParser, of: str) -> None:
+    """Add --patch-um, the centre of the window `of` what the help says."""
+    parser.add_argument(
+        "--patch-um", type=place_argument, metavar="X,Y",
+        help=f"centre of {of}, in micrometres to the right and upwards from the lower left corner of the levelled "
+        "scan; default its middle",
+    )  # fmt: skip
+
+
+def place_argument(text: str) -> tuple[float, float]:
+    """Parse a place on a scan, in micrometres."""
+    parts = text.split(",")
+    if len(parts) != 2:
+        raise argparse.ArgumentTypeError(f"{text:.40}: give two numbers, as 20,32.5")
+    x, y = map(number(*PATCH_UM), parts)
+    return x, y
 
 
 def matter_argument(text: str) -> Matter:

@@ -27,6 +27,7 @@ _READING = "reading the scan"
 # The options of a bake, each with the field of a request that it sets, and the options that a preset decides.
 _FIELDS = {
     "delta_e": "delta_e", "illuminant": "illuminant", "model": "model", "matter": "matter", "level": "levelling",
+    "patch_um": "patch_um", "spread_deg": "spread_deg",
 }  # fmt: skip
 _DECIDED = ("matter", "level", "size_um", "height_nm", "channel")
 

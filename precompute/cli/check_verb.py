@@ -5,8 +5,9 @@ import argparse
 from pathlib import Path
 
 from ..bake.request import DELTA_E
-from ..base.failure import GratingError
+from ..base.failure import GratingError, Setting
 from ..check.verdict import Verdict, check
+from ..table import atlas_file
 from .arguments import STEP_NM, add_input, existing_bake, height_map_of
 from .option_types import count, name_argument, number
 from .printing import Progress, emit
@@ -38,6 +39,7 @@ def run(arguments: argparse.Namespace) -> None:
     file = existing_bake(arguments.bake)
     if file is None:
         raise GratingError(arguments.bake, "there is no bake", "give the .exr that `bake` wrote, or its folder")
+    _check_direction(file)
     verdict = check(
         file,
         [height_map_of(arguments, each) for each in arguments.files],
@@ -52,6 +54,17 @@ def run(arguments: argparse.Namespace) -> None:
         emit(facts, arguments.json, lambda: check_summary(file, verdict))
     if verdict.faults:
         raise GratingError(file, ", ".join(verdict.faults), "bake it again")
+
+
+def _check_direction(file: Path) -> None:
+    """Raise GratingError for a bake of spread directions. `check` itself tells what else is wrong with a file."""
+    try:
+        request = atlas_file.read_header(file)[1].get("request")
+    except GratingError:
+        return
+    if isinstance(request, dict) and request.get("spread_deg") is not None:
+        fault = "its directions are spread, which check cannot measure"
+        raise GratingError(file, fault, ("bake without ", Setting.SPREAD_DEG))
 
 
 def check_summary(file: Path, verdict: Verdict) -> tuple[str, ...]:

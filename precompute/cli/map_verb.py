@@ -16,7 +16,8 @@ from ..maps import brdf_map
 from ..maps.spectral_exr import write_spectra, write_xyz
 from ..methods import baked, exact
 from ..methods.method import Method, Settings
-from ..methods.method_registry import MAP_METHODS, METHODS
+from ..methods.method_registry import ENTRIES, MAP_METHODS, METHODS
+from ..spectra.patch_window import shifted
 from ..surface.relief import Relief, prepare
 from ..table import atlas, atlas_file
 from .arguments import (
@@ -24,6 +25,7 @@ from .arguments import (
     STEP_NM,
     TERMS,
     add_input,
+    add_patch,
     coherence_argument,
     existing_bake,
     height_map_of,
@@ -71,6 +73,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--size", type=count(8, 8192), default=512, metavar="PIXELS")
     parser.add_argument("--coherence-um", type=coherence_argument, default=None, metavar="auto|UM")
+    add_patch(parser, "the window of a method of one patch")
     parser.add_argument(
         "--form",
         choices=("material", "stam"),
@@ -122,6 +125,12 @@ def _check(arguments: argparse.Namespace) -> None:
     if arguments.channels != RGB and suffix == ".png":
         fault = f"a PNG cannot hold --channels {arguments.channels}"
         raise GratingError(arguments.output, fault, "name the file .exr")
+    if arguments.patch_um is not None and ENTRIES[arguments.method].coherence != "patch":
+        of_a_patch = [name for name in MAP_METHODS if ENTRIES[name].coherence == "patch"]
+        raise GratingError(
+            "--patch-um", f"the method {arguments.method} has no window on one patch",
+            ("leave it out, or give ", Setting.METHOD, f" one of {', '.join(of_a_patch)}"),
+        )  # fmt: skip
     if arguments.channels != SPECTRUM:
         if arguments.wavelength_nm:
             remedy = f"give --channels {SPECTRUM}, or leave it out"
@@ -200,6 +209,8 @@ def method_of(relief: Relief, arguments: argparse.Namespace) -> Method:
         centred=arguments.centred,
         period_m=period_of(arguments),
     )
+    if arguments.patch_um is not None:
+        relief = shifted(relief, settings.patch_sigma_m, arguments.patch_um)
     return METHODS[arguments.method](relief, settings)
 
 

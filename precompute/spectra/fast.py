@@ -19,6 +19,7 @@ from ..surface.relief import Relief
 from .resample import KERNEL_REACH, Resampler
 from .series import COUNT_MIN, SpectrumSeries, bound
 from .spectrum import FrequencyGrid, fft_order, frequency_grid, scattered_spectrum
+from .turns import over_turns
 
 # Side in pixels of the cuts that measure the number of nodes. Reliefs under twice this size take it from `bound`.
 _CUT = 192
@@ -63,6 +64,8 @@ def exact_error(relief: Relief, series: SpectrumSeries, s_values: np.ndarray) ->
             exact = _blurred(_power(relief, s, fine)[0], fine, series.grid, blur_q=series.blur_q)
         else:
             exact, _ = scattered_spectrum(relief, s, series.grid)
+        if series.turns:
+            exact = over_turns(exact, series.grid, series.turns)
         found = series.mixed(series.weights(np.array([s])) * s**2, (slice(None), slice(None)))[:, 0]
         total = exact.sum(dtype=float)
         if total > ROUNDING:

@@ -7,7 +7,7 @@ vanishes as s^2. The series holds the spectrum divided by s^2, which stays well 
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from ..base.progress import Progress, silent
 from ..maths import chebyshev
 from ..surface.relief import Relief
 from .spectrum import FrequencyGrid, scattered_spectrum, zero_order_amplitude
+from .turns import over_turns
 
 # The least number of nodes.
 COUNT_MIN = 4
@@ -30,6 +31,7 @@ class SpectrumSeries:
     amplitude          (count,) complex
     blur_q             standard deviation of the Gaussian that already blurs the bins, cycles per metre
     periodic           True if the bins are the orders of a surface that wraps, False if they sample a continuum
+    turns              standard deviation, in radians, of the turns over which the bins are averaged (turns.py)
     """
 
     grid: FrequencyGrid
@@ -38,10 +40,16 @@ class SpectrumSeries:
     amplitude: np.ndarray
     blur_q: float = 0.0
     periodic: bool = True
+    turns: float = 0.0
 
     def weights(self, s: np.ndarray) -> np.ndarray:
         """The nodes' weights (..., count) in the interpolation at s (...,)."""
         return chebyshev.interpolation_matrix(s, len(self.amplitude), lower=0, upper=self.s_max)
+
+    def over_turns(self, radians: float) -> "SpectrumSeries":
+        """The series of the surface averaged over normally distributed turns of standard deviation `radians`."""
+        averaged = np.stack([over_turns(power, self.grid, radians) for power in self.scattered_over_s2])
+        return replace(self, scattered_over_s2=averaged, turns=radians)
 
     def zero_order(self, s: np.ndarray) -> np.ndarray:
         """The efficiency (...,) of the zero order at s (...,)."""

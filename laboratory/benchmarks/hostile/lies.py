@@ -102,6 +102,7 @@ _FIELDS: dict[str, tuple[object, ...]] = {
     "height_nm": (_NAN, _INFINITE, 1e30),
     "delta_e": (_NAN, -1.0, 0.0),
     "coherence_um": (_NAN, -5.0),
+    "spread_deg": (_NAN, 1e-3),
     "lights": (99, -1),
     "frame_kind": (99,),
     "frame_axis": (99,),

@@ -169,7 +169,8 @@ def change_grating(random: Random) -> None:
     """Change a field of a grating in the panel."""
     if grating := _grating(random):
         name, values = random.choice((
-            ("delta_e", (0.5, 3.0, 20.0)), ("coherence_um", (0.0, 10.0)), ("matter", ("GOLD", "DIELECTRIC", "LAYERS")),
+            ("delta_e", (0.5, 3.0, 20.0)), ("coherence_um", (0.0, 10.0)),
+            ("spread_deg", (0.0, 3.0)), ("matter", ("GOLD", "DIELECTRIC", "LAYERS")),
             ("shadows", (True, False)), ("footprint", (True, False)), ("lights", ("LAMPS", "REST", "ALL")),
             ("size_um", (0.0, 4.0)), ("source", ("", "sample:blazed")), ("bake_path", ("", "//nowhere.exr")),
         ))  # fmt: skip

@@ -55,7 +55,7 @@ def test_the_labels_are_those_of_the_interface(addon):
     labels, setting = addon.wording.LABELS, addon.wording.Setting
     for name in ("size_um", "height_nm", "channel"):
         assert labels[setting[name.upper()]] == f"{dialog[name].name} in the import dialog"
-    for name in ("delta_e", "coherence_um", "matter"):
+    for name in ("delta_e", "coherence_um", "spread_deg", "matter"):
         assert labels[setting[name.upper()]] == panel[name].name
     assert labels[setting.LEVEL] == panel["steps"].name
     method = bpy.ops.grating.osl_reference.get_rna_type().properties["method"]

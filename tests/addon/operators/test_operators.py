@@ -130,7 +130,11 @@ def test_a_child_bakes_into_the_extension_s_own_cache(addon, scene, scan, tmp_pa
     [
         ({}, {"illuminant": "D65", "model": "ensemble"}),
         ({"--illuminant": "E", "--delta-e": "2.3"}, {"illuminant": "E", "delta_e": 2.3}),
-        ({"--model": "patch", "--coherence-um": "1.1", "--delta-e": "6"}, {"model": "patch", "delta_e": 6.0}),
+        (
+            {"--model": "patch", "--coherence-um": "1.1", "--delta-e": "6", "--patch-um": "1.5,2"},
+            {"model": "patch", "delta_e": 6.0, "patch_um": [1.5, 2.0]},
+        ),
+        ({"--spread-deg": "3.3", "--delta-e": "2"}, {"spread_deg": 3.3}),
         ({"--needs": {"format": 1, "u": [-1, 1], "light_radius_deg": 0.265}}, {"illuminant": "D65"}),
     ],
 )
@@ -167,6 +171,7 @@ def test_a_grating_holds_a_whole_request(scene, scan):
         ],
         "delta_e": 2.3,
         "coherence_um": 7.7,
+        "spread_deg": 2.2,
         "illuminant": "E",
         "matter": "1.46/200nm, aluminium",
         "needs": {"format": 1, "u": [-1.0, 0.5], "v": [-0.2, 0.2], "w": [1.0, 1.9], "footprint": 0.01},
@@ -175,6 +180,7 @@ def test_a_grating_holds_a_whole_request(scene, scan):
     grating = scene.natural_gratings.items.add()
     grating.take_request(request)
     assert (grating.source, grating.channel, grating.matter) == (str(scan), "", "LAYERS")
+    assert grating.spread_deg == pytest.approx(2.2)
     assert grating.bake_request() == request
 
 

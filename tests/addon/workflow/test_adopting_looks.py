@@ -29,7 +29,10 @@ def values(material, addon):
 
 def fields(grating):
     """What a grating's panel and materials go by, except its names and data-blocks."""
-    names = ("matter", "layers", "plate_ior", "delta_e", "coherence_um", "levelling", "lights", "shadows", "footprint")
+    names = (
+        "matter", "layers", "plate_ior", "delta_e", "coherence_um", "spread_deg", "levelling", "lights", "shadows",
+        "footprint",
+    )  # fmt: skip
     look = grating.look
     kept = tuple(look.base_color), look.base_roughness, look.inputs
     return [getattr(grating, name) for name in names], grating.summary, grating.bake_summary, kept

@@ -124,7 +124,8 @@ def test_a_grating_whose_bake_undo_took_away_knows_it_again(scene, grating, addo
 
 def test_settings_that_changed_since_the_bake_are_noticed(scene, grating, addon, tmp_path):
     assert not addon.remembered_bakes.is_asked_otherwise(grating)
-    for name, other in (("delta_e", 0.7), ("coherence_um", 5.0), ("size_um", 5.0), ("matter", "GOLD")):
+    others = {"delta_e": 0.7, "coherence_um": 5.0, "spread_deg": 2.0, "size_um": 5.0, "matter": "GOLD"}
+    for name, other in others.items():
         before = getattr(grating, name)
         setattr(grating, name, other)
         assert addon.remembered_bakes.is_asked_otherwise(grating), name

@@ -15,7 +15,8 @@ SCAN = {"source": "skin.png", "size_um": 4, "height_nm": 250}
 
 def test_a_request_comes_back():
     scans = (Scan("skin.png", 4.0, 250.0), Scan("sample:cd"))
-    for kinds in ({"model": "patch"}, {"matter": parse("chitin 1.7/80nm, 3x(1.5/9nm, gold/5nm), 1.5+0.1i")}):
+    layers = parse("chitin 1.7/80nm, 3x(1.5/9nm, gold/5nm), 1.5+0.1i")
+    for kinds in ({"model": "patch", "patch_um": (20.1, 32.5)}, {"spread_deg": 2.5}, {"matter": layers}):
         request = BakeRequest(2.5, 7e-6, "E", scans=scans, **kinds)
         assert request_from(request.as_dict(), "test") == request
     # A record from before metals is of a dielectric.
@@ -23,6 +24,8 @@ def test_a_request_comes_back():
     for steps in ("none", "plane,poly:3,scars,rotate:-12.5"):
         asked = BakeRequest(levelling=parse_steps(steps))
         assert request_from(asked.as_dict(), "test") == asked
+    # A request without a patch or a spread has no key for it, so older bakes keep their keys in the cache.
+    assert not {"patch_um", "spread_deg"} & set(BakeRequest(model="patch").as_dict())
     # The record of a bake from before levelling had other steps, and a record without steps.
     assert request_from({"levelling": ["plane"]}, "test") == request_from({}, "test") == BakeRequest(levelling=DEFAULT)
     for delta_e in DELTA_E:
@@ -37,7 +40,10 @@ def test_a_request_comes_back():
     ({"delta_e": None}, "delta_e: give"), ({"delta_e": [1]}, "delta_e: give"), ({"coherence_um": 1e5}, "coherence"),
     ({"coherence_um": 1e-9}, "coherence_um: give a number from 0.1"), ({"coherence_um": False}, "coherence"),
     ({"illuminant": ["D65"]}, "illuminant: give one of"), ({"illuminant": {}}, "illuminant: give one of"),
-    ({"model": None}, "model: give one of"),
+    ({"model": None}, "model: give one of"), ({"patch_um": 5}, "patch_um: give a list of two"),
+    ({"patch_um": [1, 2, 3]}, "patch_um: give a list"), ({"patch_um": ["1", 2]}, "patch_um: give a number from 0 to"),
+    ({"spread_deg": 0}, "spread_deg: give a number from 0.1 to 45"),
+    ({"patch_um": [-1, 2]}, "patch_um: give a number from 0"),
     ({"matter": None}, "matter: give a text"), ({"matter": ["gold"]}, "matter: give a text"),
     ({"levelling": "plane"}, "levelling: give a list"),
     ({"levelling": [[]]}, "levelling: no such step; give one of"),

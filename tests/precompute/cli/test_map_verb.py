@@ -131,16 +131,33 @@ def test_the_light_can_stand_at_any_azimuth(run, tmp_path):
     assert y[row, col] == pytest.approx(8 * 0.64, abs=1) and abs(x[row, col]) <= 1
 
 
+def test_a_window_elsewhere_sees_what_is_there(run, tmp_path):
+    """The left half of 8 um is flat, the right half has 800 nm along T: at 500 nm its first orders are at +-0.625."""
+    line = np.where(np.arange(96) < 48, 127, 127 + 120 * np.sin(2 * np.pi * np.arange(96) / 9.6))
+    Image.fromarray(np.tile(line.astype(np.uint8), (48, 1))).save(tmp_path / "half.png")
+    path, outer = tmp_path / "map.exr", {}
+    for x in ("2", "6"):
+        line = ("map", tmp_path / "half.png", "--size-um", "8", "--height-nm", "250", "--coherence-um", "3", "-o", path)
+        shown = ("--method", "flss", "--size", "16", "--channels", "spectrum", "--wavelength-nm", "500")
+        assert run(*line, *shown, "--patch-um", f"{x},2")[0] == 0
+        row = OpenEXR.File(str(path), separate_channels=True).channels()["T.500nm"].pixels[8]
+        outer[x] = row[12:14].max() / row.max()
+    assert outer["2"] < 0.01 and outer["6"] > 0.1
+
+
 @pytest.mark.parametrize(
     ("options", "fault"),
     [
+        (("-o", "map.png", "--patch-um", "1,1"), "the method bake has no window on one patch; leave it out, or give"),
+        (("-o", "map.png", "--patch-um", "1"), "1: give two numbers, as 20,32.5"),
+        (("-o", "map.png", "--patch-um=-1,2"), "'-1': give a number from 0 to 1e+06"),
         (("-o", "map.png", "--channels", "xyz"), "a PNG cannot hold --channels xyz; name the file .exr"),
         (("-o", "map.exr", "--wavelength-nm", "500"), "--channels rgb has no wavelengths"),
         (("-o", "map.exr", "--channels", "spectrum"), "a bake holds colours, no spectra; give the height map"),
         (("-o", "map.exr", "--channels", "spectrum", "--wavelength-nm", "300"), "give a number from 380 to 780"),
     ],
 )
-def test_channels_that_cannot_be_written_are_refused(run, tmp_path, monkeypatch, options, fault):
+def test_maps_that_cannot_be_made_are_refused(run, tmp_path, monkeypatch, options, fault):
     monkeypatch.chdir(tmp_path)
     status, _, err = run("map", "sample:flat", *options)
     assert status != 0 and fault in err and len(err.splitlines()) == 1
