@@ -126,6 +126,7 @@ FOLLOWING = (
     bake_grating.BakeGrating,
     bake_needs.BakeNeeds,
     comb_grating.CombGrating,
+    fit_frames.FitFrames,
     make_assets.MakeAssets,
 )
 

@@ -36,18 +36,22 @@ class FitFrames(FollowsJob, bpy.types.Operator):
 
     def execute(self, context):
         """Fit and wait, for scripts."""
+        from ..workflow.fitting_frames import fit_frames
+
         try:
-            job = self._job(context.scene)
-            job.wait()
-            self.report({"INFO"}, job.keep())
+            line = fit_frames(context.scene, first=self.first, last=self.last, step=self.step)
+            self.report({"INFO"}, line)
         except GratingError as error:
             return report_failure(self, error)
         return {"FINISHED"}
 
     def invoke(self, context, event):
         """Start the first fit; modal() then follows the job."""
+        from ..workflow.fitting_frames import FrameFits
+
         try:
-            return self.follow(context, self._job(context.scene), "Fit Frames")
+            job = FrameFits.of_range(context.scene, first=self.first, last=self.last, step=self.step)
+            return self.follow(context, job, "Fit Frames")
         except GratingError as error:
             return report_failure(self, error)
 
@@ -57,10 +61,3 @@ class FitFrames(FollowsJob, bpy.types.Operator):
         except GratingError as error:
             return report_failure(self, error)
         return {"FINISHED"}
-
-    def _job(self, scene):
-        from ..workflow.fitting_frames import FrameFits
-
-        first = scene.frame_start if self.first < 0 else self.first
-        last = scene.frame_end if self.last < 0 else self.last
-        return FrameFits(scene, list(range(first, last + 1, self.step or scene.frame_step)))

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Self
 
 import bpy
 
@@ -16,6 +17,14 @@ from .fitting_worlds import world_is_animated
 
 # More keys make Blender slow, and their fits take days.
 _FRAMES_MAX = 10_000
+
+
+def fit_frames(scene: bpy.types.Scene, *, first: int = -1, last: int = -1, step: int = 0) -> str:
+    """Fit a range of frames and wait; by default the scene's own range and step. Returns a line to report. Raises
+    GratingError as FrameFits does."""
+    job = FrameFits.of_range(scene, first=first, last=last, step=step)
+    job.wait()
+    return job.keep()
 
 
 @dataclass
@@ -43,6 +52,13 @@ class FrameFits:
             )
         self._name, self._before = self.scene.name_full, (self.scene.frame_current, self.scene.frame_subframe)
         self._start()
+
+    @classmethod
+    def of_range(cls, scene: bpy.types.Scene, *, first: int, last: int, step: int) -> Self:
+        """A job for a range of frames. A negative frame or a step of 0 is the scene's own."""
+        first = scene.frame_start if first < 0 else first
+        last = scene.frame_end if last < 0 else last
+        return cls(scene, list(range(first, last + 1, step or scene.frame_step)))
 
     @property
     def running(self) -> bool:
