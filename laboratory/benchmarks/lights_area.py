@@ -57,11 +57,13 @@ def sphere_points(camera, places: np.ndarray) -> tuple[np.ndarray, Sphere]:
     below = at @ at - middle**2
     hit = below < scenes.RADIUS_M**2
     positions = at + (middle - np.sqrt(np.maximum(scenes.RADIUS_M**2 - below, 0)))[:, None] * rays
-    normals = positions[hit] / scenes.RADIUS_M
+    normals = positions[hit] / np.linalg.norm(positions[hit], axis=1, keepdims=True)
     tangents = np.cross((0, 0, 1), normals)
     tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
     frames = np.stack([tangents, np.cross(normals, tangents), normals], axis=1)
-    return hit, Sphere(positions[hit], frames, np.einsum("nij,nj->ni", frames, -rays[hit]))
+    views = np.einsum("nij,nj->ni", frames, -rays[hit])
+    # Rounding makes a cosine greater than 1, for which the reflectance is wrong.
+    return hit, Sphere(positions[hit], frames, np.clip(views, -1, 1))
 
 
 def mean_light(camera, table: Table, light: scenes.Light) -> tuple[float, float]:
@@ -160,6 +162,6 @@ class _LampDraws:
         inside = self._random.uniform(-0.5, 0.5, size=(len(places), 2))
         away = middle + scenes.LAMP_M * inside @ axes[:2] - sphere.positions
         distance = np.linalg.norm(away, axis=1, keepdims=True)
-        facing = np.maximum(-(away / distance) @ axes[2], 0)[:, None]
+        facing = np.maximum((away / distance) @ axes[2], 0)[:, None]  # a lamp shines along its -z
         irradiance = np.repeat(scenes.LAMP_W / np.pi * facing / distance**2, 3, axis=1)
         return np.einsum("nij,nj->ni", sphere.frames, away / distance), irradiance
