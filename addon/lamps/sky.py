@@ -12,6 +12,7 @@ animated world have a key in each fitted frame; in other frames they have no lig
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -29,6 +30,7 @@ SOURCES_MAX = 8
 _FINGERPRINT, _MISSED = "ng_world_fingerprint", "ng_world_missed"
 # The fitted frames of an animated world, each with the start of the world's fingerprint there: "1:0f2a 2:77b1".
 _FRAMES, _DIGITS = "ng_world_frames", 16
+_FRAME = re.compile("-?[0-9]{1,7}")
 _NONE = (0.0, 0.0, 0.0, 0.0)
 
 
@@ -79,7 +81,7 @@ def _values(source: Source) -> dict[str, list[float]]:
 def fitted_frames(scene: bpy.types.Scene) -> dict[int, str]:
     """The fitted frames of an animated world, and the start of its fingerprint in each; empty if there are none."""
     pairs = [each.partition(":") for each in stored.text(scene, _FRAMES).split()]
-    found = {int(frame): text for frame, _, text in pairs if frame.removeprefix("-").isdecimal()}
+    found = {int(frame): text for frame, _, text in pairs if _FRAME.fullmatch(frame)}
     return found if _is_whole(scene) else {}
 
 
