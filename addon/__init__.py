@@ -28,6 +28,7 @@ from .operators import (
     choose_quality,
     comb_grating,
     count_lamp,
+    fit_frames,
     fit_world,
     import_height_map,
     level_steps,
@@ -97,6 +98,7 @@ CLASSES = (
     add_hologram.AddHologram,
     paint_input.PaintInput,
     paint_input.UnpaintInput,
+    fit_frames.FitFrames,
     fit_world.FitWorld,
     osl_reference.NewOslReference,
     show_direction.ShowDirection,
@@ -124,6 +126,7 @@ FOLLOWING = (
     bake_grating.BakeGrating,
     bake_needs.BakeNeeds,
     comb_grating.CombGrating,
+    fit_frames.FitFrames,
     make_assets.MakeAssets,
 )
 

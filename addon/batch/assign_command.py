@@ -13,6 +13,7 @@ from ..materials.holograms.hologram_nodes import input_set_by_artist
 from ..materials.material import diffraction_nodes
 from ..materials.skin import SETTABLE
 from ..workflow.assigning import add_to_meshes, assign_to_meshes
+from ..workflow.fitting_frames import fit_frames
 from ..workflow.following_lamps import warnings_about
 from ..workflow.loading_bakes import bake_file, index_of
 from ..workflow.making_materials import refresh_group
@@ -32,6 +33,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "samples, exact but noisy. Default: the grating's setting, rest for a new one",
     )
     parser.add_argument("--over", action="store_true", help="add the diffraction on top of the meshes' own materials")
+    parser.add_argument(
+        "--fit-frames",
+        action="store_true",
+        help="fit an animated world's bright parts in each frame of the scene's range, some seconds a frame",
+    )
     parser.add_argument("--no-shadows", action="store_true", help="objects cast no shadows on the diffraction")
     parser.add_argument(
         "--set",
@@ -58,6 +64,8 @@ def run(arguments: argparse.Namespace) -> None:
     put = add_to_meshes if arguments.over else assign_to_meshes
     report = put(bpy.context.scene, chosen)
     _set_inputs(chosen, gratings.items[index].group, values)
+    if arguments.fit_frames:
+        report.append(fit_frames(bpy.context.scene))
     report += warnings_about(bpy.context.scene, bpy.context.evaluated_depsgraph_get())
     save(arguments.save)
     print("\n".join(map(printable, report)))

@@ -4,19 +4,22 @@
 
 A source is a compact bright part of the world, such as the sun in a sky or a window in an HDRI. The surface treats it
 as a sun. The properties of source `i` are named `ng_world_<i>_<what>` and have no drivers. When the world changes, the
-sources are removed (workflow/fitting_worlds.py), and the closures take over all light of the world.
+sources are removed (workflow/fitting_worlds.py), and the closures take over all light of the world. The sources of an
+animated world have a key in each fitted frame; in other frames they have no light.
 
     place   unit vector to the source; -1 - its variance in rad2 along one axis
     power   its irradiance, W/m2, in the scene's linear RGB; 1, because shadow rays go to its centre"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import bpy
 
 from ..blender import stored
+from .sky_keys import key_values, remove_keys
 
 if TYPE_CHECKING:
     from ...precompute.world_sources.sources import Source
@@ -25,22 +28,74 @@ if TYPE_CHECKING:
 SOURCES_MAX = 8
 # Properties of the scene for the fit: the world's fingerprint, and the share of bright, compact light in no source.
 _FINGERPRINT, _MISSED = "ng_world_fingerprint", "ng_world_missed"
+# The fitted frames of an animated world, each with the start of the world's fingerprint there: "1:0f2a 2:77b1".
+_FRAMES, _DIGITS = "ng_world_frames", 16
+_FRAME = re.compile("-?[0-9]{1,7}")
+_NONE = (0.0, 0.0, 0.0, 0.0)
 
 
 def hold_sources(scene: bpy.types.Scene, sources: Sequence[Source], *, fingerprint: str, missed: float) -> None:
     """Store a fit with at most SOURCES_MAX sources."""
     forget_sources(scene)
     for index, source in enumerate(sources[:SOURCES_MAX]):
-        scene[source_name(index, "place")] = [*map(float, source.direction), -1.0 - float(source.variance)]
-        scene[source_name(index, "power")] = [*map(float, source.irradiance), 1.0]
+        for what, values in _values(source).items():
+            scene[source_name(index, what)] = values
     scene[_FINGERPRINT], scene[_MISSED] = fingerprint, float(missed)
     scene.update_tag()
 
 
+def hold_frames(
+    scene: bpy.types.Scene, frames: Mapping[int, Sequence[Source]], *, fingerprints: Mapping[int, str], missed: float
+) -> None:
+    """Store the sources of an animated world: at most SOURCES_MAX in each frame, and the world's fingerprint there.
+
+    Raises RuntimeError if the scene's animation cannot be edited."""
+    forget_sources(scene)
+    most = min(max(map(len, frames.values())), SOURCES_MAX)
+    for index in range(most):
+        for what in ("place", "power"):
+            keys = list(_keys(frames, index, what))
+            scene[source_name(index, what)] = list(keys[0][1])
+            key_values(scene, source_name(index, what), keys)
+    scene[_FRAMES] = " ".join(f"{frame}:{fingerprints[frame][:_DIGITS]}" for frame in sorted(frames))
+    scene[_MISSED] = float(missed)
+    scene.update_tag()
+
+
+def _keys(frames: Mapping[int, Sequence[Source]], index: int, what: str) -> Iterator[tuple[int, Sequence[float]]]:
+    """The keys of one property: the values of each fitted frame, and none before and after it."""
+    yield min(frames) - 1, _NONE
+    for frame, sources in sorted(frames.items()):
+        yield frame, _values(sources[index])[what] if index < len(sources) else _NONE
+        if frame + 1 not in frames:
+            yield frame + 1, _NONE
+
+
+def _values(source: Source) -> dict[str, list[float]]:
+    return {
+        "place": [*map(float, source.direction), -1.0 - float(source.variance)],
+        "power": [*map(float, source.irradiance), 1.0],
+    }
+
+
+def fitted_frames(scene: bpy.types.Scene) -> dict[int, str]:
+    """The fitted frames of an animated world, and the start of its fingerprint in each; empty if there are none."""
+    pairs = [each.partition(":") for each in stored.text(scene, _FRAMES).split()]
+    found = {int(frame): text for frame, _, text in pairs if _FRAME.fullmatch(frame)}
+    return found if _is_whole(scene) else {}
+
+
+def is_fitted_frame(scene: bpy.types.Scene, fingerprint: str) -> bool:
+    """Whether the animated world has this fingerprint in the present frame, or the frame is not fitted."""
+    noted = fitted_frames(scene).get(scene.frame_current, "")
+    return fingerprint.startswith(noted) or scene.frame_subframe != 0
+
+
 def forget_sources(scene: bpy.types.Scene) -> bool:
     """Remove all stored sources. Return whether there were any."""
+    remove_keys(scene)
     names = [source_name(index, what) for index in range(SOURCES_MAX) for what in ("place", "power")]
-    present = [name for name in (*names, _FINGERPRINT, _MISSED) if name in scene]
+    present = [name for name in (*names, _FINGERPRINT, _MISSED, _FRAMES) if name in scene]
     for name in present:
         del scene[name]
     if present:

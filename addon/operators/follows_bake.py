@@ -10,13 +10,13 @@ import bpy
 from ...precompute.base.failure import GratingError
 from ..gratings.grating import unused_name
 from ..gratings.wording import in_one_line
-from .follows_job import FollowsJob
+from .follows_job import FollowedJob, FollowsJob
 from .polls import has_grating
 from .reports import report_failure, report_lines
 
 if TYPE_CHECKING:
     from ..gratings.grating import Grating
-    from ..jobs.child import Job, ReportingProcess
+    from ..jobs.child import Job
 
 
 class FollowsBake(FollowsJob):
@@ -64,6 +64,6 @@ class FollowsBake(FollowsJob):
         return report_lines(self, [f"{grating.name}: {in_one_line(grating.bake_summary)}", *warnings_of(facts), *more])
 
 
-def running_bake() -> "ReportingProcess | None":
+def running_bake() -> FollowedJob | None:
     """The bake that is running, whichever operator started it."""
     return next((operator.job for operator in FollowsBake.__subclasses__() if operator.job is not None), None)

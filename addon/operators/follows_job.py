@@ -1,22 +1,31 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The base class of the operators that work in a separate process: progress in the status bar, Esc to cancel."""
 
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, Protocol, cast
 
 from ..blender.guard import guarded_modal
 from .polls import OperatorMixin
 
-if TYPE_CHECKING:
-    from ..jobs.child import ReportingProcess
-
 _POLL_SECONDS = 0.2
+
+
+class FollowedJob(Protocol):
+    """What an operator needs of a job, such as a process."""
+
+    @property
+    def running(self) -> bool: ...
+    def progress(self) -> tuple[str, float]:
+        """What it does, and the share that is done."""
+        ...
+
+    def cancel(self) -> None: ...
 
 
 class FollowsJob(OperatorMixin):
     """An operator that follows a job until it ends. A subclass adds `finish`."""
 
     # The running job, if any. The panel shows it; disabling the extension stops it.
-    job = cast("ReportingProcess | None", None)
+    job = cast(FollowedJob | None, None)
 
     @classmethod
     def stop(cls) -> None:
@@ -25,7 +34,7 @@ class FollowsJob(OperatorMixin):
         if job is not None:
             job.cancel()
 
-    def follow(self, context, job: "ReportingProcess", doing: str) -> set[str]:
+    def follow(self, context, job: FollowedJob, doing: str) -> set[str]:
         """Make Blender call modal() while the job runs. The status bar shows `doing`."""
         type(self).job, self._doing = job, doing
         self._timer = context.window_manager.event_timer_add(_POLL_SECONDS, window=context.window)

@@ -24,7 +24,7 @@ from ..gratings.wording import counted, marked, translated
 from ..lamps.find import brightest, instanced_lamps, lamps_of, unfollowed_features
 from ..lamps.follow import followed_lamps, is_on
 from ..lamps.rendered_lamps import rendered
-from ..lamps.sky import missed_share, source_count
+from ..lamps.sky import fitted_frames, missed_share, source_count
 from ..materials.data_pictures import wrong_colours
 from ..materials.file_lights import follows_world, linked_with_fewer_lamps
 from ..materials.group_properties import is_diffraction, variation_of
@@ -37,6 +37,7 @@ _MISSED_MIN = 0.01
 # Facts count as old after this many seconds, and this many times the time that finding them took.
 _OLD_SECONDS, _OLD_TIMES = 1.0, 50
 NOT_FITTED = marked("not fitted")
+ANIMATED = marked("animated, so its bright parts are noisy")
 
 
 @dataclass(frozen=True)
@@ -217,7 +218,7 @@ def _world(scene: bpy.types.Scene) -> str:
     if scene.world is None or not follows_world():
         return ""
     if world_is_animated(scene):
-        return translated("animated, so its bright parts are noisy")
+        return _frames(scene) or ANIMATED
     if not world_is_fitted(scene):
         return NOT_FITTED
     count = source_count(scene)
@@ -229,6 +230,15 @@ def _world(scene: bpy.types.Scene) -> str:
         return text
     share = f"{missed_share(scene):.0%}"
     return translated("{text}, {share} of bright light not fitted, so noisy", text=text, share=share)
+
+
+def _frames(scene: bpy.types.Scene) -> str:
+    """The fitted frames of an animated world; empty if there are none."""
+    frames = fitted_frames(scene)
+    if not frames:
+        return ""
+    text = marked("fitted in {count} frames, {first} to {last}; its bright spots are without noise there")
+    return translated(text, count=len(frames), first=min(frames), last=max(frames))
 
 
 def _of_grating(grating: Grating) -> GratingFacts:

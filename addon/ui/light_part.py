@@ -8,11 +8,12 @@ from ..operators.add_diffraction_lamp import AddDiffractionLamp
 from ..operators.add_light_rig import AddLightRig
 from ..operators.choose_lights import ChooseLights
 from ..operators.count_lamp import CountLamp
+from ..operators.fit_frames import FitFrames
 from ..operators.fit_world import FitWorld
 from ..operators.mend import MendMaterials
 from ..operators.why_black import WhyBlack
 from ..workflow.fitting_worlds import is_fitting, last_failure
-from .facts import NOT_FITTED, Facts, LampFact
+from .facts import ANIMATED, NOT_FITTED, Facts, LampFact
 from .notes import draw_note
 
 # The largest number of left-out lamps with a row of their own.
@@ -100,6 +101,8 @@ def _draw_world(column, context, text: str) -> None:
     if is_fitting():
         text = translated("finding its bright spots ...")
     draw_note(column, context, f"{context.scene.world.name}: {translated(text)}", icon="WORLD")
+    if text == ANIMATED:
+        column.operator(FitFrames.bl_idname, icon="RENDER_ANIMATION")
     if text == NOT_FITTED:
         if (failure := last_failure(context.scene)) is not None:
             draw_note(column, context, in_words(failure), icon="ERROR")

@@ -5,7 +5,8 @@ Outdated sources would put light in the wrong place. So the sources are dropped 
 materials sample all its light at random, which is correct but noisier. With a window, a new fit begins when the world
 has not changed for a moment. In background, `assign` and the operator wait for the fit.
 
-An animated world has no sources, because they are valid for one frame only."""
+The sources of one frame are wrong in another. So an animated world has no sources, unless they are fitted for each
+frame (fitting_frames.py)."""
 
 from __future__ import annotations
 
@@ -17,7 +18,15 @@ import bpy
 from ...precompute.base.failure import GratingError
 from ..blender import compat
 from ..blender.guard import guarded
-from ..lamps.sky import SOURCES_MAX, fitted_world, forget_sources, hold_sources
+from ..lamps.sky import (
+    SOURCES_MAX,
+    fitted_frames,
+    fitted_world,
+    forget_sources,
+    hold_sources,
+    is_fitted_frame,
+    source_count,
+)
 from ..materials.file_lights import follows_world
 from ..materials.skin import show_lamps
 
@@ -84,10 +93,21 @@ def world_is_fitted(scene: bpy.types.Scene) -> bool:
 def drop_stale_sources(scene: bpy.types.Scene) -> str:
     """Drop the sources of a world that has changed. Returns the world's fingerprint if a fit is wanted, else ""."""
     now = _fingerprint(scene)
-    if fitted_world(scene) == now:
+    if fitted_frames(scene):
+        is_right = _frames_fit(scene)
+    else:  # without a fingerprint there is nothing to fit, so sources are left over
+        is_right = fitted_world(scene) == now and (now != "" or source_count(scene) == 0)
+    if is_right:
         return ""
     forget_sources(scene)
     return now if follows_world() else ""
+
+
+def _frames_fit(scene: bpy.types.Scene) -> bool:
+    """Whether the scene's world is animated as when its frames were fitted, as far as the present frame shows."""
+    from ..worlds.fingerprint import fingerprint
+
+    return world_is_animated(scene) and is_fitted_frame(scene, fingerprint(scene.world))
 
 
 def unfitted_world(scene: bpy.types.Scene) -> list[str]:
@@ -95,7 +115,13 @@ def unfitted_world(scene: bpy.types.Scene) -> list[str]:
     if not follows_world():
         return []
     if world_is_animated(scene):
-        return [f"world {scene.world.name}: it is animated, so its bright parts are noisy"]
+        frames = fitted_frames(scene)
+        if scene.frame_current in frames:
+            return []
+        if frames:
+            span = f"{min(frames)} to {max(frames)}"
+            return [f"world {scene.world.name}: not fitted in this frame (only {span}), so its bright parts are noisy"]
+        return [f"world {scene.world.name}: it is animated, so its bright parts are noisy; press Fit Frames"]
     if world_is_fitted(scene):
         return []
     name = scene.world.name

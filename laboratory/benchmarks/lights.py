@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Diffraction under lamps and worlds: a white furnace, and noise at equal time compared with an ordinary coat.
 
-    ./dev bench lights [--part furnace|noise|scattered|truth|fakes ...] [--pixels 192] [--json FILE|-]
+    ./dev bench lights [--part furnace|noise|scattered|truth|fakes|worlds ...] [--pixels 192] [--json FILE|-]
 
 **Furnace**: a plane in a white world shows the directional albedo of its relief. The table gives Cycles' value divided
 by the integral of the bake's own table over the hemisphere, and the share of the light (Y) that comes back. Surfaces
@@ -22,6 +22,8 @@ the lit pixels.
 **Truth**: renders under worlds and a large lamp, compared with integrals of the table (lights_truth.py).
 
 **Fakes**: artists' substitutes for a measured surface, compared with the same integrals (lights_fakes.py).
+
+**Worlds**: a sphere in fourteen worlds, compared with the same integrals (lights_fourteen.py).
 """
 
 import argparse
@@ -38,11 +40,12 @@ from . import lights_scenes as scenes
 from . import report
 from .hemisphere import directional_albedo, directional_albedo_xyz
 from .lights_fakes import fakes
+from .lights_fourteen import FOURTEEN, worlds_against_integrals
 from .lights_scattered import scattered
 from .lights_truth import truth
 from .lights_worlds import SAMPLES, SURFACES, WORLDS, Worlds
 
-PARTS = ("furnace", "noise", "scattered", "truth", "fakes")
+PARTS = ("furnace", "noise", "scattered", "truth", "fakes", "worlds")
 ANGLES_DEG = (0, 30, 60, 75, 80, 85)
 MATERIALS = ("coat", "sharp coat", "LAMPS", "REST", "ALL")
 # The RMSE that counts as clean, relative to display white.
@@ -54,19 +57,19 @@ def main(argv: list[str] | None = None) -> int:
     parser = OneLineParser(prog="./dev bench lights", description=__doc__.splitlines()[0])
     parser.add_argument("--part", action="append", choices=PARTS)
     parser.add_argument("--pixels", type=count(4, 8192), default=192)
-    parser.add_argument("--points", type=count(1, 100_000), default=200, help="of a subject, in truth and fakes")
-    parser.add_argument("--samples", type=count(2, 1 << 20), default=1024, help="of a pixel, in truth and fakes")
+    parser.add_argument("--points", type=count(1, 100_000), default=200, help="of a subject; not in furnace and noise")
+    parser.add_argument("--samples", type=count(2, 1 << 20), default=1024, help="of a pixel; not in furnace and noise")
     parser.add_argument("--subject", action="append", choices=scenes.SUBJECTS, help="in truth and fakes")
     parser.add_argument("--world", action="append", choices=scenes.WORLDS, help="in scattered, truth and fakes")
     parser.add_argument("--surface", action="append", choices=SURFACES, help="in scattered, truth and fakes")
+    parser.add_argument("--fourteen", action="append", choices=FOURTEEN, help="a world of the part worlds")
     report.add_json(parser)
     arguments = parser.parse_args(argv)
     facts = {}
     with tempfile.TemporaryDirectory() as folder:
         studio = Worlds.started(Path(folder), arguments.pixels)
         for part in arguments.part or PARTS:
-            measure = {"furnace": furnace, "noise": noise, "scattered": scattered, "truth": truth, "fakes": fakes}[part]
-            facts[part] = measure(studio, arguments)
+            facts[part] = _MEASURES[part](studio, arguments)
     report.write(facts, arguments.json)
     return 0
 
@@ -127,3 +130,9 @@ def noise(studio: Worlds, arguments: argparse.Namespace) -> list[dict]:
                 arguments.json,
             )
     return rows
+
+
+_MEASURES = {
+    "furnace": furnace, "noise": noise, "scattered": scattered, "truth": truth, "fakes": fakes,
+    "worlds": worlds_against_integrals,
+}  # fmt: skip

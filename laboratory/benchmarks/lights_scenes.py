@@ -20,7 +20,7 @@ from .lights_worlds import Worlds
 SUBJECTS = ("snake", "sphere", "disc")
 WORLDS = ("studio", "clear sky", "overcast sky", "room", "area lamp")
 # In metres. A square lamp 1 m wide lights the subject from 1 m away; its watts give it a radiance of 10 W/m2/sr.
-RADIUS_M, _LAMP_M, _LAMP_W = 0.2, 1.0, 10 * np.pi
+RADIUS_M, LAMP_M, LAMP_W = 0.2, 1.0, 10 * np.pi
 _TO_LAMP = np.array((0.5, -0.3, 0.8)) / np.linalg.norm((0.5, -0.3, 0.8))
 # Rows of a painted world, and of a sky read from a render.
 _ROWS = 256
@@ -39,7 +39,7 @@ class Light:
     panorama    (_ROWS, 2 _ROWS, 3) the world's radiance, laid out as in precompute/world_sources/panorama.py
     directions  (n, 3) unit vectors to points of a sun, which the panorama leaves out, and
     irradiance  (n, 3) of each
-    square      a lamp's middle (3,) and its axes x, y, z as rows (3, 3), or None; its side is _LAMP_M"""
+    square      a lamp's middle (3,) and its axes x, y, z as rows (3, 3), or None; its side is LAMP_M"""
 
     panorama: np.ndarray
     directions: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
@@ -53,8 +53,8 @@ class Light:
         with np.errstate(divide="ignore", invalid="ignore"):
             along = ((middle - position) @ axes[2]) / z
             away = [along * each - (middle - position) @ axis for each, axis in ((x, axes[0]), (y, axes[1]))]
-            inside = [np.clip((_LAMP_M / 2 - np.abs(each)) / (along * blur) + 0.5, 0, 1) for each in away]
-        return np.where((z > 0) & (along > 0), inside[0] * inside[1], 0.0) * (_LAMP_W / np.pi / _LAMP_M**2)
+            inside = [np.clip((LAMP_M / 2 - np.abs(each)) / (along * blur) + 0.5, 0, 1) for each in away]
+        return np.where((z > 0) & (along > 0), inside[0] * inside[1], 0.0) * (LAMP_W / np.pi / LAMP_M**2)
 
 
 def looked_up(panorama: np.ndarray, directions: np.ndarray) -> np.ndarray:
@@ -64,7 +64,7 @@ def looked_up(panorama: np.ndarray, directions: np.ndarray) -> np.ndarray:
     y = (0.5 + np.arcsin(np.clip(directions[:, 2], -1, 1)) / np.pi) * rows - 0.5
     left, below = np.floor(x).astype(int), np.floor(y).astype(int)
     across, up = (x - left)[:, None], (y - below)[:, None]
-    low, high = (np.clip(below + step, 0, rows - 1) for step in (0, 1))
+    low, high = below % rows, (below + 1) % rows  # at the poles Cycles mixes the first row with the last
     bottom, top = (
         panorama[row, left % cols] * (1 - across) + panorama[row, (left + 1) % cols] * across for row in (low, high)
     )
@@ -113,24 +113,9 @@ def build(studio: Worlds, subject: str) -> None:
 
 def light_by(studio: Worlds, world: str) -> Light:
     """Light the scene by one of WORLDS, around its target; returns the light for the integrals."""
-    import bpy
-    from mathutils import Vector
-
-    bpy.data.batch_remove([lamp for lamp in bpy.data.objects if lamp.type == "LIGHT"])
-    studio.addon.following_lamps.update_lamps(studio.scene)
+    without_lamps(studio)
     if world == "area lamp":
-        studio.world()[1].inputs["Color"].default_value = (0, 0, 0, 1)
-        data = bpy.data.lights.new("Area", "AREA")
-        data.size, data.energy = _LAMP_M, _LAMP_W
-        lamp = bpy.data.objects.new("Area", data)
-        lamp.location = studio.target + _TO_LAMP
-        lamp.rotation_euler = Vector(_TO_LAMP).to_track_quat("Z", "Y").to_euler()
-        studio.scene.collection.objects.link(lamp)
-        bpy.context.view_layer.update()
-        studio.addon.following_lamps.update_lamps(studio.scene)
-        return Light(
-            np.zeros((_ROWS, 2 * _ROWS, 3)), square=(np.array(lamp.location), np.array(lamp.matrix_world.to_3x3()).T)
-        )
+        return _area_lamp(studio)
     if world == "clear sky":
         return _clear_sky(studio)
     panorama = _PAINTED[world](_ROWS)
@@ -138,14 +123,45 @@ def light_by(studio: Worlds, world: str) -> Light:
     return Light(panorama)
 
 
+def without_lamps(studio: Worlds) -> None:
+    """Remove all lamps of the scene."""
+    import bpy
+
+    bpy.data.batch_remove([lamp for lamp in bpy.data.objects if lamp.type == "LIGHT"])
+    studio.addon.following_lamps.update_lamps(studio.scene)
+
+
+def _area_lamp(studio: Worlds) -> Light:
+    import bpy
+    from mathutils import Vector
+
+    studio.world()[1].inputs["Color"].default_value = (0, 0, 0, 1)
+    data = bpy.data.lights.new("Area", "AREA")
+    data.size, data.energy = LAMP_M, LAMP_W
+    lamp = bpy.data.objects.new("Area", data)
+    lamp.location = studio.target + _TO_LAMP
+    lamp.rotation_euler = Vector(_TO_LAMP).to_track_quat("Z", "Y").to_euler()
+    studio.scene.collection.objects.link(lamp)
+    bpy.context.view_layer.update()
+    studio.addon.following_lamps.update_lamps(studio.scene)
+    return Light(
+        np.zeros((_ROWS, 2 * _ROWS, 3)), square=(np.array(lamp.location), np.array(lamp.matrix_world.to_3x3()).T)
+    )
+
+
 _PAINTED = {"studio": soft_boxes, "overcast sky": overcast, "room": cache(room)}
 
 
 def _clear_sky(studio: Worlds) -> Light:
-    """The stage's sky: its panorama without the sun's disc, and the disc's light from a closer look."""
     from sample_scenes import stage
 
     stage.light_by_sky(studio.scene, stage.SUN_AZIMUTH_DEG, stage.SUN_ELEVATION_DEG)
+    return light_of_sky(studio)
+
+
+def light_of_sky(studio: Worlds, rows: int = _ROWS) -> Light:
+    """The light of the scene's Sky Texture: its panorama without the sun's disc, and the disc's light from a closer
+    look."""
     sky = next(node for node in studio.scene.world.node_tree.nodes if node.type == "TEX_SKY")
     up, around = sky.sun_elevation, sky.sun_rotation
     sun = np.array((np.cos(up) * np.sin(around), np.cos(up) * np.cos(around), np.sin(up)))
@@ -154,7 +170,7 @@ def _clear_sky(studio: Worlds) -> Light:
     for disc in (True, False):
         sky.sun_disc = disc
         looks.append(studio.look(sun, (_LOOK, _LOOK), (_LOOK_PIXELS, _LOOK_PIXELS)))
-    panorama = studio.look(np.array((1.0, 0, 0)), (np.pi / 2, np.pi), (_ROWS, 2 * _ROWS))
+    panorama = studio.look(np.array((1.0, 0, 0)), (np.pi / 2, np.pi), (rows, 2 * rows))
     sky.sun_disc = True
     cells = crop_cells(_LOOK_PIXELS, _LOOK, sun)
     total = ((looks[0] - looks[1]).reshape(-1, 3) * cells.solid_angles[:, None]).sum(axis=0)

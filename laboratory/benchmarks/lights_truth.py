@@ -29,7 +29,7 @@ from .osl import colour_differences
 PIXELS = {"snake": 56, "sphere": 28, "disc": 20}
 # Worlds in which All has negligible noise at these samples.
 _ALL_CONVERGES = ("studio", "overcast sky")
-_LUMINANCE = np.linalg.inv(rgb_from_xyz("Rec.709"))[1]
+LUMINANCE = np.linalg.inv(rgb_from_xyz("Rec.709"))[1]
 _WORST = 5
 
 
@@ -94,13 +94,13 @@ def compared(pictures: np.ndarray, expected: np.ndarray) -> dict:
     """The figures of a row, from two renders (2, n, 3) of the points and their integrals (n, 3)."""
     picture = pictures.mean(axis=0)
     differences = colour_differences(picture, expected)
-    errors = np.abs(picture - expected) @ _LUMINANCE
+    errors = np.abs(picture - expected) @ LUMINANCE
     noise = colour_differences(*pictures) if pictures.any() else np.zeros(1)
     worst = np.argsort(errors)[::-1][:_WORST]
     return {
         "de_median": float(np.median(differences)),
         "de_p95": float(np.percentile(differences, 95)),
-        "light": float((picture @ _LUMINANCE).sum() / (expected @ _LUMINANCE).sum()),
+        "light": float((picture @ LUMINANCE).sum() / (expected @ LUMINANCE).sum()),
         "noise": float(np.median(noise) / 2),
         "counted": len(differences),
         "worst": [{"point": int(i), "render": picture[i].tolist(), "integral": expected[i].tolist()} for i in worst],

@@ -156,6 +156,18 @@ class Worlds(Studio):
         self.addon.fitting_worlds.fit_world(self.scene)
         return skin
 
+    def dress_sphere(self, bake: Path) -> None:
+        """Give the mesh the diffraction of a bake over black in Lamps and World, and fit the world. Of an animated
+        world the present frame is fitted."""
+        material, skin = self.material(bake, "REST")
+        skin.inputs["Base Color"].default_value = (0, 0, 0, 1)
+        self.mesh.material_slots[0].material = material
+        self.addon.fitting_worlds.fit_world(self.scene)
+        if self.addon.fitting_worlds.world_is_animated(self.scene):
+            fits = self.addon.fitting_frames.FrameFits(self.scene, [self.scene.frame_current])
+            fits.wait()
+            fits.keep()
+
     def noise(self) -> dict[str, float]:
         """Processor microseconds of a sample of a pixel (`us`), the mean of a picture of many samples, and the errors
         of a picture of SAMPLES samples against it: the RMSE, and the RMSE and median CIEDE2000 after the denoiser. Both

@@ -175,6 +175,7 @@ BUTTONS: dict[str, tuple[int, Callable[[Hand], Arguments]]] = {
     "paint": (2, lambda hand: {"input": hand.item("paint", "input"), "by": hand.item("paint", "by")}),
     "unpaint": (2, _one("unpaint", "input")),
     "fit_world": (1, _none),
+    "fit_frames": (1, lambda hand: {"last": 2}),
     "osl_reference": (3, _one("osl_reference", "method")),
     "show_direction": (1, _none),
     "unwrap": (2, lambda hand: {"size": 64, "method": hand.item("unwrap", "method")}),

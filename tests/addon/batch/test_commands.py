@@ -60,6 +60,17 @@ def test_assign_over_the_own_material_with_settings(addon, scene, baked, tmp_pat
     assert "ShaderNodeRaycast" not in {node.bl_idname for node in diffraction.node_tree.nodes}
 
 
+def test_assign_fits_the_frames_of_an_animated_world(addon, scene, baked, tmp_path, capfd, monkeypatch):
+    """A still world is refused, and nothing is saved."""
+    asked = ["assign", str(baked), "--object", "Plane", "--fit-frames", "--save", tmp_path / "plane.blend"]
+    scene.world = None
+    assert "it is not animated; press Fit World instead" in fault(capfd, addon, *asked)
+    assert list(tmp_path.iterdir()) == []
+    monkeypatch.setattr(addon.assign_command, "fit_frames", lambda scene: f"{scene.frame_end} frames fitted")
+    assert addon.commands.execute(list(map(str, asked))) == 0
+    assert f"{scene.frame_end} frames fitted" in capfd.readouterr().out
+
+
 def test_a_named_object_need_not_be_selectable(addon, scene, baked, tmp_path):
     """Batches also name locked or hidden objects."""
     plane = bpy.data.objects["Plane"]

@@ -39,7 +39,9 @@ def panorama_of(suns):
     return sums / panorama_cells(ROWS, COLS).solid_angles.reshape(ROWS, COLS, 1)
 
 
-@pytest.mark.parametrize("towards", [(40.2, 10.3), (89.8, 20), (0.5, 179.9), (-30, -100)])
+@pytest.mark.parametrize(
+    "towards", [(40.2, 10.3), (89.8, 20), (90, 0), (-90, 0), (0.5, 179.9), (40, 180), (40, -179.8), (-30, -100)]
+)
 def test_a_sun_of_half_a_degree(towards):
     """The panel promises 2 % of the light and 0.1 degrees, wherever the sun falls on pixels of 1.4 degrees."""
     radius, radiance = np.radians(0.265), 20000.0

@@ -158,6 +158,31 @@ def test_many_small_lamps_are_missed_where_none_is_worth_a_source():
     assert missed(picture(luminance.reshape(-1)), []) > 0.99
 
 
+def test_of_forty_windows_the_brightest_are_sources_and_no_light_is_lost():
+    """Four rows of ten windows. A source has all the light of its window, and the rest is that of the others."""
+    places = [direction(up, 36 * column + 18 * row) for row, up in enumerate((10, 28, 46, 64)) for column in range(10)]
+    strength = np.random.default_rng(5).permutation(np.linspace(2, 8, 40))
+    windows = [shine * box(at, 8, 6) for shine, at in zip(strength, places, strict=True)]
+    world = picture(0.1 + sum(windows))
+    sources = fit_sources(world, 8)
+    assert len(sources) == 8
+    light = world.reshape(-1, 3) * CELLS.solid_angles[:, None]
+    owner = owners(sources, CELLS.directions)
+    np.testing.assert_allclose(sum(s.irradiance for s in sources) + light[owner < 0].sum(axis=0), light.sum(axis=0))
+    for source in sources:
+        nearest = int(np.argmax(places @ source.direction))
+        # The cone of 5.1 degrees holds 0.025 sr of the wall, and all of the window but a pixel at each corner.
+        own = windows[nearest] @ CELLS.solid_angles
+        assert source.irradiance[1] == pytest.approx(own + 0.1 * np.pi * np.radians(5.1) ** 2, rel=0.02)
+    # The windows are near in light, so the densest need not be the brightest; none is far from them.
+    found = sorted(strength[int(np.argmax(places @ source.direction))] for source in sources)
+    assert found[0] > 5
+    bright = np.array(windows).sum(axis=0) @ CELLS.solid_angles
+    inside = sum(windows[int(np.argmax(places @ s.direction))] for s in sources) @ CELLS.solid_angles
+    all_light = world.mean(axis=2).reshape(-1) @ CELLS.solid_angles
+    assert missed(world, sources) == pytest.approx((bright - inside) / all_light, abs=0.02)
+
+
 def test_bad_pixels_count_as_black():
     world = picture(sky() + 20 * disc(direction(50, 30), 5))
     clean, spoilt = world.copy(), world.copy()
