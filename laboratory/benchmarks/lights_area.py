@@ -19,6 +19,7 @@ from typing import Protocol
 
 import numpy as np
 
+from precompute.colour.gamut import shown_rgb
 from precompute.colour.working_space import rgb_from_xyz
 from precompute.table.radiance import reflected_xyz
 from precompute.table.table import Table
@@ -34,7 +35,7 @@ _STEPS = 1.324717957244746 ** -np.array((1.0, 2.0))
 _CELL = 0.05
 # The grid of (u, v) from -2 to 2, the w of its density, and the share of the draws that are even.
 _GRID, _W, _EVEN = 400, 1.5, 0.1
-_RGB = rgb_from_xyz("Rec.709").T
+_RGB = rgb_from_xyz("Rec.709")
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,7 @@ def _mean(camera, table: Table, draws: _Draws, shift: np.ndarray) -> float:
 def _sent(table: Table, sphere: Sphere, wi: np.ndarray, irradiance: np.ndarray) -> float:
     """The sum of the Y that the points send to the camera, each lit from one direction in its tangent frame."""
     lit = (wi[:, 2] > 0) & (sphere.views[:, 2] > 0) & irradiance.any(axis=1)
-    rgb = np.maximum(reflected_xyz(table, wi[lit], sphere.views[lit]) @ _RGB, 0)
+    rgb = shown_rgb(reflected_xyz(table, wi[lit], sphere.views[lit]), _RGB)
     return float((rgb * irradiance[lit] @ LUMINANCE).sum())
 
 
