@@ -62,7 +62,7 @@ def bake_to_folder(
         "precision": str(made.image.dtype),
         "coherence_um": provenance["coherence_um"],
         "levelling": told,
-        "delta_e": made.errors.as_dict(),
+        "delta_e": made.delta_e,
         "files": [str(file) for file in pictures],
     }
 
@@ -102,7 +102,7 @@ def provenance_of(
         "precision": str(made.image.dtype),
         "asked_delta_e": request.delta_e,
         "request": request.as_dict(),
-        "delta_e": made.errors.as_dict(),
+        "delta_e": made.delta_e,
     }
 
 
