@@ -48,19 +48,19 @@ def with_levels(table: Table, cell: Cell | None = None) -> Table:
     ]
     side = math.ceil(4 / table.texel - 1e-9) + 1
     cell = cell or cell_for(len(table.terms), table.inner, table.sigma_b, whole=(side, side))
-    # In texels of level 0, the kernel to sample grows with the texels.
-    sigma = narrower(table.sigma_b, table.texel) / table.texel * math.sqrt(1 - 1 / cell.ratio)
+    # The kernel to sample at a level's texels, and the one that the source's texels sample, in texels of level 0.
+    sigma = held = narrower(table.sigma_b, table.texel) / table.texel
     found, source, finest = [table.terms], table.terms, 1.0
     for level in range(1, cell.levels):
         texel = cell.ratio ** (level / 2)
-        added = sigma * texel / finest
+        added = math.sqrt((sigma * texel) ** 2 - held**2) / finest
         own = _resampled(source, added, step=texel / finest, inner=cell.inner_of(level), modes=modes)
         found.append(np.ascontiguousarray(own))
-        if level + 1 < cell.levels:
-            finer = max(texel / _FINER, 1.0)
+        finer = texel / _FINER
+        if finer > 1 + 1e-9 and level + 1 < cell.levels:
             rows, columns = (math.ceil((count - 1) / finer - 1e-9) + 1 for count in cell.inner)
             source = _resampled(source, added, step=finer / finest, inner=(rows, columns), modes=modes)
-            finest = finer
+            finest, held = finer, sigma * texel
     return replace(table, wider=tuple(found[1:]), level_ratio=cell.ratio)
 
 

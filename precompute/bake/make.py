@@ -83,7 +83,7 @@ class Made:
             worst = max(self.wide, key=lambda each: each.errors.p99_most)
             errors = worst.errors.as_dict()
             wide = {"wide_p99": errors["p99"], "wide_p99_most": errors["p99_most"], "wide_level": worst.level}
-        claim = max(self.errors.claim, *(each.errors.p99_most for each in self.wide))
+        claim = max([self.errors.claim, *(each.errors.p99_most for each in self.wide)])
         return {**self.errors.as_dict(), **wide, "claim": claim if math.isfinite(claim) else None}
 
 

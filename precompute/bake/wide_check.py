@@ -99,7 +99,7 @@ def _truths(
     stored: Table, exact: Table, w: float, levels: Sequence[float], rng: np.random.Generator
 ) -> Iterator[Truth]:
     """The light of a table at one w under the kernel of each of some levels, at direction pairs."""
-    image = exact.at_w(w)
+    image = exact.at_w(w).astype(np.float32)
     # The texels' own kernel is narrower than sigma_b by what a reading adds.
     octaves = _octaves(image, (exact.sigma_b / exact.texel) ** 2 - bspline.VARIANCE)
     zero_order = exact.zero_order_xyz(w)
