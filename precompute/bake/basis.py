@@ -107,11 +107,11 @@ def comparison(table: Table, illuminant: str) -> Callable[[Table], tuple[Errors,
 
 def _lit_pairs(table: Table, w: float, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Draw unit vectors wi and wr (up to count, 3) whose (u, v) follow the table's luminance at w."""
-    uv = lit_places(table, table.at_w(w)[..., 1], w, count, rng)
+    uv = lit_places(table, table.at_w(w)[..., 1], w, count=count, rng=rng)
     return pair_about(np.column_stack([uv, np.full(len(uv), w)]), rng, least=least_cosine(table.plate_ior))
 
 
-def lit_places(table: Table, luminance: np.ndarray, w: float, count: int, rng: np.random.Generator) -> np.ndarray:
+def lit_places(table: Table, luminance: np.ndarray, w: float, *, count: int, rng: np.random.Generator) -> np.ndarray:
     """Draw (u, v) (up to count, 2) that follow the luminance (rows, columns) at w of a table's texels."""
     v, u = (axis[TILE_PADDING:-TILE_PADDING] for axis in table.axes)
     luminance = luminance[TILE_PADDING:-TILE_PADDING, TILE_PADDING:-TILE_PADDING]

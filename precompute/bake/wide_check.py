@@ -115,7 +115,7 @@ def _pairs(
     """Draw direction pairs of one w for each level: half are cosine weighted, and half follow the light there."""
     half, least = _PAIRS // 2, least_cosine(exact.plate_ior)
     cosine = cosine_weighted(w, half, rng, least=least)
-    places = lit_places(exact, image[..., 1], w, half * len(levels), rng)
+    places = lit_places(exact, image[..., 1], w, count=half * len(levels), rng=rng)
     sigmas = np.array([math.sqrt(_added(stored, level)) for level in levels])
     number = np.arange(len(places)) % len(levels)
     uv = places + sigmas[number, None] * rng.standard_normal(places.shape)

@@ -83,18 +83,19 @@ def measured_under(table: Table, truths: Sequence[Sequence[Truth]]) -> list[Wide
     """The errors under each of levels_of, from each level's truths. A level without a pair is left out."""
     found = []
     for level, of_level in zip(levels_of(table), truths, strict=True):
-        sigma = sigma_at(table, level)
-        variance = sigma**2 - table.sigma_b**2
-
-        def candidate(
-            u: np.ndarray, v: np.ndarray, w: float, variance: float = variance
-        ) -> tuple[np.ndarray, np.ndarray]:
-            return table.scattered_over_w2(u, v, w, variance=variance), table.zero_order_xyz(w)
-
         if any(len(truth.pairs.wi) for truth in of_level):
-            errors = measure(list(of_level), candidate, table.illuminant, holds_reflectance=table.holds_reflectance)
-            found.append(Wide(level, sigma, errors))
+            sigma = sigma_at(table, level)
+            found.append(Wide(level, sigma, _measured(table, list(of_level), sigma)))
     return found
+
+
+def _measured(table: Table, truths: list[Truth], sigma: float) -> Errors:
+    variance = sigma**2 - table.sigma_b**2
+
+    def candidate(u: np.ndarray, v: np.ndarray, w: float) -> tuple[np.ndarray, np.ndarray]:
+        return table.scattered_over_w2(u, v, w, variance=variance), table.zero_order_xyz(w)
+
+    return measure(truths, candidate, table.illuminant, holds_reflectance=table.holds_reflectance)
 
 
 def claimed(record: dict[str, Any]) -> float:
