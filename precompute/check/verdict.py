@@ -220,14 +220,14 @@ def truths(
     levels_of, at fewer pairs.
 
     All pairs are within the region and the range of w that the table covers."""
-    rng = np.random.default_rng(_SEED)
+    rng, rng_under = (np.random.default_rng(_SEED + k) for k in range(2))
     found: list[Truth] = []
     under: list[list[Truth]] = [[] for _ in levels_of(table)]
     held = Held(table.sigma_b, table.region, least_cosine(table.matter.plate_ior), line_of(table.illuminant))
     sigmas = [table.sigma_b, *(sigma_at(table, level) for level in levels_of(table))]
     for k, w in enumerate(_draw_w(table.w_range, groups, rng, least=held.least)):
         first = draw_pairs(reliefs, held, w, count=pairs, rng=rng)
-        drawn = [first, *pairs_under(table, first, w, groups=groups, rng=rng)]
+        drawn = [first, *pairs_under(table, first, w, groups=groups, rng=rng_under)]
         counts = [len(each.wi) for each in drawn]
         u, v = (np.concatenate(places) for places in zip(*((each.u, each.v) for each in drawn), strict=True))
         scattered = scattered_xyz(
