@@ -37,7 +37,7 @@ ROWS = 512
 # Lights of fewer pixels are summed finer: this many pixels a side.
 _SMALL, _FINER = 2500, 4
 _SUN_DEG = 0.6
-# The picture whose light is measured shows the sphere's middle, seen at up to 74 degrees. The rim beyond is not measured.
+# The picture whose light is measured shows the sphere's middle, seen at up to 74 degrees. The rim is not measured.
 _MIDDLE = np.radians(26.5)
 _FRAMES_A_TURN = 250
 

@@ -64,7 +64,7 @@ def bake_to_folder(
         "precision": str(made.image.dtype),
         "coherence_um": provenance["coherence_um"],
         "levelling": told,
-        "delta_e": made.errors.as_dict(),
+        "delta_e": made.delta_e,
         "shown": provenance["shown"],
         "files": [str(file) for file in pictures],
     }
@@ -105,7 +105,7 @@ def provenance_of(
         "precision": str(made.image.dtype),
         "asked_delta_e": request.delta_e,
         "request": request.as_dict(),
-        "delta_e": made.errors.as_dict(),
+        "delta_e": made.delta_e,
         "shown": {space: found.as_dict() for space, found in shown_colours(made.table).items()},
     }
 

@@ -32,6 +32,9 @@ _DARK = 1e-4
 # The number of values of w, and of direction pairs at each, on which two tables are compared. Reading a table is fast,
 # so there are more values of w than in the self-check.
 _GROUPS, _PAIRS = 16, 600
+# The first and the last of these values of w, as shares of the range: of the whole range they are 0.08 and 1.995. At
+# the very ends the only directions are along the horizon and along the normal.
+_ENDS = 0.04, 0.9975
 
 
 def with_learnt_basis(table: Table, keeps: Callable[[Table], bool]) -> Table:
@@ -72,35 +75,51 @@ def learnt_basis(table: Table) -> tuple[np.ndarray, np.ndarray]:
     return functions / peaks, peaks * (vectors.T @ measure)
 
 
-def comparison(table: Table, illuminant: str) -> Callable[[Table], Errors]:
+def comparison(table: Table, illuminant: str) -> Callable[[Table], tuple[Errors, float]]:
     """Return a function that measures how much another table of the same surface differs, without an albedo bound.
 
-    The values of w are equally spaced. Grazing light has a small w and few direction pairs in the self-check, but it
-    may fill a scene. At each w half of the pairs are cosine weighted, half drawn from the table's light."""
+    It returns the errors at all values of w together, and the largest p99 at one w, exposed as a picture of this w
+    alone. The values of w are equally spaced and include the ends of the range. Grazing light has a small w and few
+    direction pairs in the self-check, but it may fill a scene. At each w half of the pairs are cosine weighted, half
+    drawn from the table's light."""
     rng = np.random.default_rng(1)
     least = least_cosine(table.plate_ior)
     low, high = max(table.w_range[0], 2 * least), table.w_range[1]
     found = []
-    for w in low + (high - low) * (np.arange(_GROUPS) + 0.5) / _GROUPS:
+    for w in low + (high - low) * np.linspace(*_ENDS, _GROUPS):
         halves = cosine_weighted(w, _PAIRS // 2, rng, least=least), _lit_pairs(table, w, _PAIRS // 2, rng)
         drawn = np.repeat([False, True], [len(half[0]) for half in halves])
         wi, wr = (np.concatenate(ways) for ways in zip(*halves, strict=True))
         pairs = Pairs(wi, wr, drawn).within(table.region)
         scattered, zero_order = table.candidate(pairs.u, pairs.v, w)
         found.append(Truth(w, pairs, scattered * w**2, zero_order))
-    return lambda other: measure(found, other.candidate, illuminant, holds_reflectance=table.holds_reflectance)
+
+    def differences(other: Table) -> tuple[Errors, float]:
+        answers = {one.w: other.candidate(one.pairs.u, one.pairs.v, one.w) for one in found}
+
+        def over(truths: list[Truth]) -> Errors:
+            return measure(truths, lambda u, v, w: answers[w], illuminant, holds_reflectance=table.holds_reflectance)
+
+        return over(found), max((over([one]).p99 for one in found if len(one.pairs.wi)), default=0.0)
+
+    return differences
 
 
 def _lit_pairs(table: Table, w: float, count: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Draw unit vectors wi and wr (up to count, 3) whose (u, v) follow the table's luminance at w."""
+    uv = lit_places(table, table.at_w(w)[..., 1], w, count=count, rng=rng)
+    return pair_about(np.column_stack([uv, np.full(len(uv), w)]), rng, least=least_cosine(table.plate_ior))
+
+
+def lit_places(table: Table, luminance: np.ndarray, w: float, *, count: int, rng: np.random.Generator) -> np.ndarray:
+    """Draw (u, v) (up to count, 2) that follow the luminance (rows, columns) at w of a table's texels."""
     v, u = (axis[TILE_PADDING:-TILE_PADDING] for axis in table.axes)
-    luminance = table.at_w(w)[TILE_PADDING:-TILE_PADDING, TILE_PADDING:-TILE_PADDING, 1]
+    luminance = luminance[TILE_PADDING:-TILE_PADDING, TILE_PADDING:-TILE_PADDING]
     # Two unit vectors above the surface whose sum has the component w reach no farther in u and v.
     reached = u**2 + v[:, None] ** 2 < 4 - w**2
     cumulative = np.cumsum(np.where(reached, np.maximum(luminance, 0), 0), dtype=float)
     if cumulative[-1] <= 0:
-        return np.empty((0, 3)), np.empty((0, 3))
+        return np.empty((0, 2))
     row, column = np.divmod(np.searchsorted(cumulative, rng.random(count) * cumulative[-1], "right"), len(u))
     uv = np.stack([u[column], v[row]], axis=-1) + table.texel * rng.uniform(-0.5, 0.5, (count, 2))
-    uv = uv[np.sum(uv**2, axis=1) < 4 - w**2]
-    return pair_about(np.column_stack([uv, np.full(len(uv), w)]), rng, least=least_cosine(table.plate_ior))
+    return uv[np.sum(uv**2, axis=1) < 4 - w**2]

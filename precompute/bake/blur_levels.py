@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes a table's wider blur levels, each from the level before by a blur and fewer texels.
+"""Makes a table's wider blur levels, each from a finer copy of the level before by a blur and fewer texels.
 
 The step between texels grows by a factor that is no integer in general, and the blur is narrower than a texel of the
 finer level. A Gaussian sampled so coarsely is no longer a Gaussian. Therefore the samples are first interpolated to a
 smooth function of all their frequencies, and this function is blurred.
+
+Texels that just resolve their kernel repeat a few percent of its spectrum. If each level came from the texels of the
+level before, these errors would add up: at level 14 of the scan of Elaphe the dE00's p99 would be 1.8 instead of 1.0.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Literal
 
@@ -23,6 +27,8 @@ _WINDOW, _WINDOW_REACH, _BLUR_REACH = 2.0, 8, 6.0
 # Number of frequencies, from 0 to twice the highest of the samples, at which a weight's spectrum is summed. The sum
 # repeats at distances of this many samples, far beyond the reach.
 _FREQUENCIES = 64
+# The next level is made from texels finer by this factor. With 2, no level of the scan of Elaphe was more accurate.
+_FINER = 1.5
 
 
 def narrower(sigma: float, texel: float) -> float:
@@ -42,17 +48,32 @@ def with_levels(table: Table, cell: Cell | None = None) -> Table:
     ]
     side = math.ceil(4 / table.texel - 1e-9) + 1
     cell = cell or cell_for(len(table.terms), table.inner, table.sigma_b, whole=(side, side))
-    # In a level's own texels, the kernel to sample is the same on every level.
-    sigma = math.sqrt(cell.ratio - 1) * narrower(table.sigma_b, table.texel) / table.texel
-    found = [table.terms]
+    # The kernel to sample at a level's texels, and the one that the source's texels sample, in texels of level 0.
+    sigma = held = narrower(table.sigma_b, table.texel) / table.texel
+    found, source, finest = [table.terms], table.terms, 1.0
     for level in range(1, cell.levels):
-        tiles = found[-1]
-        for axis, inner in enumerate(cell.inner_of(level)):
-            along = np.moveaxis(tiles, 1 + axis, 1)
-            along = _blurred(along, sigma, step=1 / cell.shrink, count=inner + 2 * TILE_PADDING, mode=modes[axis])
-            tiles = np.moveaxis(along, 1, 1 + axis)
-        found.append(np.ascontiguousarray(tiles))
+        texel = cell.ratio ** (level / 2)
+        added = math.sqrt((sigma * texel) ** 2 - held**2) / finest
+        own = _resampled(source, added, step=texel / finest, inner=cell.inner_of(level), modes=modes)
+        found.append(np.ascontiguousarray(own))
+        finer = texel / _FINER
+        if finer > 1 + 1e-9 and level + 1 < cell.levels:
+            rows, columns = (math.ceil((count - 1) / finer - 1e-9) + 1 for count in cell.inner)
+            source = _resampled(source, added, step=finer / finest, inner=(rows, columns), modes=modes)
+            finest, held = finer, sigma * texel
     return replace(table, wider=tuple(found[1:]), level_ratio=cell.ratio)
+
+
+def _resampled(
+    tiles: np.ndarray, sigma: float, *, step: float, inner: tuple[int, int], modes: Sequence[_Mode]
+) -> np.ndarray:
+    """Blur tiles (K, rows, columns, 3) by a Gaussian of sigma texels, with `inner` inner rows and columns that are
+    `step` texels apart."""
+    for axis, (count, mode) in enumerate(zip(inner, modes, strict=True)):
+        along = np.moveaxis(tiles, 1 + axis, 1)
+        along = _blurred(along, sigma, step=step, count=count + 2 * TILE_PADDING, mode=mode)
+        tiles = np.moveaxis(along, 1, 1 + axis)
+    return tiles
 
 
 def _blurred(terms: np.ndarray, sigma: float, *, step: float, count: int, mode: _Mode) -> np.ndarray:

@@ -21,12 +21,12 @@ import numpy as np
 
 from ..base.progress import Progress, part_of
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, line_of, seen_wavelengths, spectral_weights
+from ..maths.gaussian_sums import gaussian_sums
 from ..measure.errors import Errors, Truth, measure
 from ..measure.pairs import Pairs, draw_w
 from ..measure.truths import Spectrum, draw_pairs
 from ..optics.brdf import half_angle_cosine
 from ..optics.plate import least_cosine
-from ..reference.ensemble_reference import blurred
 from ..spectra.fast import exact_error
 from ..spectra.series import SpectrumSeries
 from ..spectra.spectrum import FrequencyGrid
@@ -188,11 +188,22 @@ def _truth(chosen: Plan, pairs: Pairs, w: float, illuminant: str, progress: Prog
             rows, columns = (_reached(q, at / lam, _CUT * left / lam) for q, at in sides)
             kept = rows, columns
             power = series.mixed(series.weights(np.array([s])) * s**2, kept)[:, 0]
-            density = blurred(power, series.grid.part(kept), (pairs.u, pairs.v), lam=lam, sigma_b=left, cut=_CUT)
+            density = _density(power, series.grid.part(kept), pairs, lam, left)
             scattered += (density * share[:-1])[:, None] * weight
             zero_order += series.zero_order(np.array(s)) * share[-1] * weight
             progress("self-check", (n + (k + 1) / len(lambdas)) / len(ensemble))
     return Truth(w, pairs, scattered, zero_order)
+
+
+def _density(power: np.ndarray, grid: FrequencyGrid, pairs: Pairs, lam: float, sigma: float) -> np.ndarray:
+    """The density (n,) over (u, v) at the pairs of binned power (ny, nx), under a kernel of sigma in (u, v)."""
+    places, sigmas = [], []
+    for at, q in ((pairs.v, grid.q_y), (pairs.u, grid.q_x)):
+        step = lam * (q[1] - q[0]) if len(q) > 1 else sigma
+        places.append((at - lam * q[0]) / step)
+        sigmas.append(sigma / step)
+    of_bin = math.prod(sigmas) / sigma**2  # 1 / the area of a bin in (u, v)
+    return of_bin * gaussian_sums(power[..., None], *places, sigma=(sigmas[0], sigmas[1]), cut=_CUT)[:, 0]
 
 
 def _reached(q: np.ndarray, at: np.ndarray, reach: float) -> slice:

@@ -22,7 +22,7 @@ import numpy as np
 from ..base.progress import Progress, silent
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, observer, seen_wavelengths, spectral_weights
 from ..measure.pairs import Pairs, cosine_weighted, pair_about
-from ..optics.region import Region
+from ..optics.region import FARTHEST, Region
 from ..reflectance.matter import MIRRORING, Matter
 from ..surface.relief import Relief
 
@@ -62,6 +62,16 @@ class Cells:
             along_x = self.power[rows[part, :, None], cols[part, None, :]] @ kernel_x[part, :, None]
             found[part] = (along_x[..., 0] * kernel_y[part]).sum(axis=1)
         return found
+
+    def wide_density(self, u: np.ndarray, v: np.ndarray, lam: float, *, sigma: np.ndarray) -> np.ndarray:
+        """The density (n,) under kernels of `sigma` (n,), of the light within |(u, v)| = 2 only: no pair of directions
+        shows other light, and no table holds it."""
+        power = self.power * (np.hypot(self.q_x, self.q_y[:, None]) * lam <= FARTHEST)
+        kernel_y, kernel_x = (
+            np.exp(-0.5 * ((at[:, None] - lam * q) / sigma[:, None]) ** 2) / (np.sqrt(2 * np.pi) * sigma[:, None])
+            for at, q in ((v, self.q_y), (u, self.q_x))
+        )
+        return ((kernel_y @ power) * kernel_x).sum(axis=1)
 
 
 def _near(q: np.ndarray, places: np.ndarray, lam: float, sigma_b: float) -> tuple[np.ndarray, np.ndarray]:
@@ -127,26 +137,41 @@ def _squared(amplitude: np.ndarray) -> np.ndarray:
 
 
 def scattered_xyz(
-    reliefs: Sequence[Relief], uvw: tuple[np.ndarray, np.ndarray, float], *, sigma_b: float, step_m: float,
+    reliefs: Sequence[Relief], uvw: tuple[np.ndarray, np.ndarray, float], *, sigma_b: float | np.ndarray, step_m: float,
     illuminant: str = "D65", matter: Matter = MIRRORING, progress: Progress = silent,
 ) -> np.ndarray:  # fmt: skip
     """Scattered XYZ (n, 3) at the places u and v (n,), all at one w, by the mean of the reliefs' spectra.
 
     It is the density over (u, v) of the light that a surface of a matter and of the obliquity O = 1 reflects, scaled so
-    that a perfect mirror's white has Y = 1. `progress` is called after each wavelength of each relief."""
+    that a perfect mirror's white has Y = 1. `sigma_b`, a number or (n,), is the kernel's standard deviation. The
+    narrowest kernel spaces the cells. `progress` is called after each wavelength of each relief."""
     count = int(np.ceil((WAVELENGTH_MAX_M - WAVELENGTH_MIN_M) / step_m - 1e-6))
     lambdas = seen_wavelengths(np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, count + 1), illuminant)
     weights = spectral_weights(lambdas, illuminant) / len(reliefs)
     u, v, w = uvw
     reflectance = matter.reflectance(lambdas, np.minimum(np.sqrt(u**2 + v**2 + w**2) / 2, 1))
-    reach = [np.abs(places).max(initial=0) + KERNEL_REACH * sigma_b for places in (v, u)]
+    sigmas = np.broadcast_to(np.asarray(sigma_b, float), u.shape)
+    narrowest = float(sigmas.min(initial=1.0))
+    narrow = sigmas == narrowest
+    reach = [_reach(places, sigmas, narrowest) for places in (v, u)]
     found = np.zeros((len(u), 3))
     for n, relief in enumerate(reliefs):
         for k, (lam, weight) in enumerate(zip(lambdas, weights, strict=True)):
-            cells = scattered_cells(relief, w / lam, (reach[0] / lam, reach[1] / lam), sigma_q=sigma_b / lam)
-            found += (cells.density(u, v, lam, sigma_b=sigma_b) * reflectance[k])[:, None] * weight
+            cells = scattered_cells(relief, w / lam, (reach[0] / lam, reach[1] / lam), sigma_q=narrowest / lam)
+            density = np.empty(len(u))
+            density[narrow] = cells.density(u[narrow], v[narrow], lam, sigma_b=narrowest)
+            if not narrow.all():
+                density[~narrow] = cells.wide_density(u[~narrow], v[~narrow], lam, sigma=sigmas[~narrow])
+            found += (density * reflectance[k])[:, None] * weight
             progress("check", (n + (k + 1) / len(lambdas)) / len(reliefs))
     return found
+
+
+def _reach(places: np.ndarray, sigmas: np.ndarray, narrowest: float) -> float:
+    """The largest |u| or |v| from which kernels of `sigmas` (n,) bring light to places (n,). Those wider than the
+    narrowest bring none from beyond FARTHEST."""
+    own = np.abs(places) + KERNEL_REACH * sigmas
+    return float(np.where(sigmas > narrowest, np.minimum(own, FARTHEST), own).max(initial=0.0))
 
 
 def zero_order_xyz(

@@ -15,6 +15,7 @@ from ..colour.observer import is_illuminant
 from ..optics.region import Region
 from ..reflectance.matter import DIELECTRIC, MIRRORING, Matter
 from ..reflectance.matter_text import parse
+from .level_places import places_of
 
 FORMAT = 12
 # The inner texels of a tile hold the table. _RIM is the number of texels on each side of them for interpolation. _STRIP
@@ -27,7 +28,7 @@ _COUNTS = (
 # The least and the greatest value of each real number of a layout: the sky, kernels up to one that fills it, and scales
 # whose largest stored value, 8192 times the scale, fits single precision.
 _REALS = {
-    "level_ratio": (1.0, 4.0),
+    "level_ratio": (1.01, 4.0),
     "texel": (1e-6, 4.0),
     "sigma_b": (1e-6, 1.0),
     "scale": (1e-35, 1e30),
@@ -43,7 +44,7 @@ _TERMS_MAX, _LEVELS_MAX = 96, 64
 
 @dataclass(frozen=True)
 class Table:
-    """A bake as in its file. Only the first blur level is read, which has the narrowest kernel.
+    """A bake as in its file.
 
     terms       (K, rows, columns, 3), terms of XYZ over w^2; the first axis of a tile runs along +v, the second along
                 +u; the outer two texels on every side serve interpolation only
@@ -56,6 +57,8 @@ class Table:
     sigma_b     standard deviation of the kernel in u and v
     basis       (K, J), each term's function of w as coefficients of Chebyshev polynomials
     record      the header
+    wider       the terms on the wider blur levels
+    ratio       the variance of a level's kernel over that of the level before
 
     Under a plate, u, v, w and sigma_b are those of the directions inside it.
     """
@@ -70,6 +73,8 @@ class Table:
     illuminant: str
     basis: np.ndarray
     record: dict[str, Any]
+    wider: tuple[np.ndarray, ...] = ()
+    ratio: float = 4.0
 
     @property
     def holds_reflectance(self) -> bool:
@@ -90,18 +95,30 @@ class Table:
             for first, count in zip(self.first, (columns, rows), strict=True)
         ))  # fmt: skip
 
-    def scattered_over_w2(self, u: np.ndarray, v: np.ndarray, w: float) -> np.ndarray:
-        """Scattered XYZ over w^2 (n, 3) at u, v (n,), by cubic B-splines over the texels and Chebyshev sums over w."""
+    def scattered_over_w2(self, u: np.ndarray, v: np.ndarray, w: float, *, variance: float = 0.0) -> np.ndarray:
+        """Scattered XYZ over w^2 (n, 3) at u, v (n,), by cubic B-splines over the texels and Chebyshev sums over w.
+
+        `variance` is added to the kernel's. Between two levels their mixture has the right variance."""
+        grown = min(1 + variance / self.sigma_b**2, self.ratio ** len(self.wider))
+        below = min(int(math.log(grown, self.ratio) + 1e-9), max(len(self.wider) - 1, 0))
+        share = (grown / self.ratio**below - 1) / (self.ratio - 1)
+        found = (1 - share) * self._read(below, u, v, w)
+        return found + share * self._read(below + 1, u, v, w) if share > 0 else found
+
+    def _read(self, level: int, u: np.ndarray, v: np.ndarray, w: float) -> np.ndarray:
+        """Scattered XYZ over w^2 (n, 3) of one blur level."""
+        terms, texel = (self.terms, *self.wider)[level], self.texel * self.ratio ** (level / 2)
         low, high = self.w_range
         angle = math.acos(np.clip((2 * w - low - high) / (high - low), -1, 1))
         basis = self.basis @ np.cos(np.arange(self.basis.shape[1]) * angle)
-        x = (np.clip(u, *self.region.u) - self.first[0]) / self.texel
-        y = (np.clip(v, *self.region.v) - self.first[1]) / self.texel
+        # The first inner texel is at the same (u, v) on every level.
+        x = (np.clip(u, *self.region.u) - self.region.u[0]) / texel + _RIM
+        y = (np.clip(v, *self.region.v) - self.region.v[0]) / texel + _RIM
         found = np.zeros((len(u), 3))
         for row in (np.floor(y) + k for k in (-1, 0, 1, 2)):
             for column in (np.floor(x) + k for k in (-1, 0, 1, 2)):
                 share = cubic_bspline(y - row) * cubic_bspline(x - column)
-                texels = self.terms[:, row.astype(int), column.astype(int)]
+                texels = terms[:, row.astype(int), column.astype(int)]
                 found += share[:, None] * np.tensordot(basis, texels, axes=1)
         return found
 
@@ -187,6 +204,7 @@ def _fault_of_layout(layout: object, picture: Picture) -> str:
         ("polynomials", layout["polynomials"] <= _TERMS_MAX),
         ("basis", _is_basis(layout.get("basis"), layout["terms"] * layout["polynomials"])),
         ("levels", layout["levels"] <= _LEVELS_MAX),
+        ("cell_rows", layout["levels"] > _LEVELS_MAX or cell == places_of(inner, *_blur(layout))[1]),
         ("strip_rows", layout["strip_rows"] == layout["bound_texels"] + _STRIP),
         ("zero_order_samples", layout["zero_order_samples"] >= 2),
         ("inner_rows", all(2 <= n <= taken - 2 * _RIM for n, taken in zip(inner, cell, strict=True))),
@@ -239,14 +257,17 @@ def _table(image: np.ndarray, record: dict[str, Any]) -> Table:
     """The table in a picture (height, width, 3), row 0 at the bottom, that its header fits."""
     layout = record["layout"]
     rows, columns, across = layout["cell_rows"], layout["cell_columns"], layout["columns"]
-    inner = layout["inner_rows"], layout["inner_columns"]
     count, samples = layout["terms"], layout["zero_order_samples"]
-    tiles = []
-    for k in range(count):
-        top, left = layout["strip_rows"] + k // across * rows, k % across * columns
-        tiles.append(image[top : top + inner[0] + 2 * _RIM, left : left + inner[1] + 2 * _RIM].astype(np.float32))
+    levels = []
+    for place in places_of((layout["inner_rows"], layout["inner_columns"]), *_blur(layout))[0]:
+        tiles = []
+        for k in range(count):
+            bottom = layout["strip_rows"] + k // across * rows + place.bottom
+            left = k % across * columns + place.left
+            tiles.append(image[bottom : bottom + place.rows, left : left + place.columns].astype(np.float32))
+        levels.append(np.stack(tiles) * np.float32(layout["scale"]))
     return Table(
-        terms=np.stack(tiles) * np.float32(layout["scale"]),
+        terms=levels[0],
         zero_order=image[0, :samples].astype(float),
         excess=image[_STRIP : layout["strip_rows"], : layout["bound_texels"], 0].astype(float),
         first=(layout["u_first"], layout["v_first"]),
@@ -256,7 +277,14 @@ def _table(image: np.ndarray, record: dict[str, Any]) -> Table:
         illuminant=layout["illuminant"],
         basis=np.reshape(layout["basis"], (count, layout["polynomials"])).astype(float),
         record=record,
+        wider=tuple(levels[1:]),
+        ratio=layout["level_ratio"],
     )
+
+
+def _blur(layout: dict[str, Any]) -> tuple[int, float]:
+    """The number and the ratio of the blur levels."""
+    return layout["levels"], layout["level_ratio"]
 
 
 def _picture_size(layout: dict[str, Any]) -> tuple[int, int]:

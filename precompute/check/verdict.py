@@ -28,6 +28,7 @@ from ..surface.steps.step import Step
 from . import albedo, direct_sums
 from .direct_sums import Held, draw_pairs, scattered_xyz
 from .table_file import Table, read_table
+from .wider_kernels import Wide, claimed, levels_of, measured_under, pairs_under, sigma_at
 
 # Borders of the rings around the zero order, as distances sqrt(u^2 + v^2), for which errors are reported separately.
 RINGS = (0.0, 0.1, 0.5, 1.0, 2.0)
@@ -68,6 +69,8 @@ class Verdict:
     zero_order_dy      largest |dY| of the zero order
     zero_order_budget  the largest zero_order_dy that passes
     rings              the errors by distance from the zero order
+    wide               the errors under wider kernels
+    wide_claimed       the p99 with its sampling error that the bake claims under wider kernels
     w                  values of w at which pairs were measured
     step_m             wavelength step in metres
     seconds            duration of the check in seconds
@@ -78,6 +81,8 @@ class Verdict:
     zero_order_dy: float
     zero_order_budget: float
     rings: list[Ring]
+    wide: list[Wide]
+    wide_claimed: float
     w: list[float]
     step_m: float
     seconds: float
@@ -88,11 +93,19 @@ class Verdict:
         return RELATIVE_DY * max(1.0, self.asked)
 
     @property
+    def worst_wide(self) -> Wide:
+        """The wider kernel whose p99, less its sampling error, is the largest."""
+        return max(self.wide, key=lambda each: each.errors.p99 - each.errors.p99_allowance)
+
+    @property
     def faults(self) -> list[str]:
         """Sentences on the limits that the bake exceeds; empty if it passes."""
         found, errors, budget = [], self.errors, self.relative_dy_budget
         if not errors.p99 <= self.asked + errors.p99_allowance:
             found.append(f"dE00 p99 {errors.p99:.2f}, asked {self.asked:g}")
+        if self.wide and not self.worst_wide.errors.p99 <= self.wide_claimed + self.worst_wide.errors.p99_allowance:
+            p99, level = self.worst_wide.errors.p99, self.worst_wide.level
+            found.append(f"dE00 p99 {p99:.2f} at blur level {level:g}, claimed {self.wide_claimed:.2f}")
         if not errors.relative_dy <= budget:
             found.append(f"|dY| {errors.relative_dy:.1%}, asked {budget:.1%}")
         if not self.zero_order_dy <= self.zero_order_budget:
@@ -108,6 +121,7 @@ class Verdict:
             "delta_e": self.errors.as_dict(),
             "relative_dy_budget": self.relative_dy_budget,
             "zero_order": {"dy": self.zero_order_dy, "budget": self.zero_order_budget},
+            "wide": [each.as_dict() for each in self.wide],
             "rings": [asdict(ring) for ring in self.rings],
             "w": self.w,
             "step_nm": self.step_m * 1e9,
@@ -137,7 +151,7 @@ def check(
     steps = steps_in(table.record, str(bake))
     plate_ior = table.matter.plate_ior
     reliefs = [prepare(height_map, steps, plate_ior=plate_ior).scaled(plate_ior) for height_map in height_maps]
-    truth = truths(table, reliefs, groups=groups, pairs=pairs, step_m=step_m, progress=progress)
+    truth, under = truths(table, reliefs, groups=groups, pairs=pairs, step_m=step_m, progress=progress)
     if not sum(len(t.scattered_xyz) for t in truth):
         raise GratingError(bake, f"none of {pairs} direction pairs lies in its region", "give more --pairs")
     errors = _measured(table, truth)
@@ -153,6 +167,8 @@ def check(
         zero_order_dy=float(off),
         zero_order_budget=zero_order_budget(reliefs, len(table.zero_order), asked),
         rings=_rings(table, truth),
+        wide=measured_under(table, under),
+        wide_claimed=claimed(table.record),
         w=[t.w for t in truth],
         step_m=step_m,
         seconds=time.perf_counter() - started,
@@ -199,22 +215,30 @@ def default_step(sigma_b: float) -> float:
 
 def truths(
     table: Table, reliefs: Sequence[Relief], *, groups: int, pairs: int, step_m: float, progress: Progress = silent
-) -> list[Truth]:
-    """The exact colours for a table, at `groups` values of w with up to `pairs` direction pairs each.
+) -> tuple[list[Truth], list[list[Truth]]]:
+    """The exact colours for a table, at `groups` values of w with up to `pairs` direction pairs each; and under each of
+    levels_of, at fewer pairs.
 
     All pairs are within the region and the range of w that the table covers."""
-    rng = np.random.default_rng(_SEED)
-    found = []
+    rng, rng_under = (np.random.default_rng(_SEED + k) for k in range(2))
+    found: list[Truth] = []
+    under: list[list[Truth]] = [[] for _ in levels_of(table)]
     held = Held(table.sigma_b, table.region, least_cosine(table.matter.plate_ior), line_of(table.illuminant))
+    sigmas = [table.sigma_b, *(sigma_at(table, level) for level in levels_of(table))]
     for k, w in enumerate(_draw_w(table.w_range, groups, rng, least=held.least)):
-        drawn = draw_pairs(reliefs, held, w, count=pairs, rng=rng)
+        first = draw_pairs(reliefs, held, w, count=pairs, rng=rng)
+        drawn = [first, *pairs_under(table, first, w, groups=groups, rng=rng_under)]
+        counts = [len(each.wi) for each in drawn]
+        u, v = (np.concatenate(places) for places in zip(*((each.u, each.v) for each in drawn), strict=True))
         scattered = scattered_xyz(
-            reliefs, (drawn.u, drawn.v, w), sigma_b=table.sigma_b, step_m=step_m, illuminant=table.illuminant,
+            reliefs, (u, v, w), sigma_b=np.repeat(sigmas, counts), step_m=step_m, illuminant=table.illuminant,
             matter=table.matter, progress=part_of(progress, "check", done=k, total=groups),
         )  # fmt: skip
         zero_order = direct_sums.zero_order_xyz(reliefs, np.array([w]), table.illuminant, matter=table.matter)[0]
-        found.append(Truth(float(w), drawn, scattered, zero_order))
-    return found
+        parts = np.split(scattered, np.cumsum(counts)[:-1])
+        for to, one, part in zip([found, *under], drawn, parts, strict=True):
+            to.append(Truth(float(w), one, part, zero_order))
+    return found, under
 
 
 def _draw_w(w_range: tuple[float, float], count: int, rng: np.random.Generator, *, least: float) -> np.ndarray:

@@ -163,7 +163,16 @@ def bake_summary(facts: Mapping[str, Any]) -> tuple[str, ...]:
         f"{origin}{facts['seconds']:.1f} s",
         f"dE00 mean {de['mean']:.2f}, p95 {de['p95']:.2f}, p99 {de['p99']:.2f}, max {de['max']:.2f} "
         f"({de['pairs']} direction pairs)",
+        *_of_large_lamps(de),
         *filter(None, [told(facts.get("shown", {}))]),
         *facts.get("levelling", ()),
         f"self-check {facts['check_seconds']:.1f} s",
     )
+
+
+def _of_large_lamps(errors: Mapping[str, Any]) -> tuple[str, ...]:
+    """The line on the worst of the wider kernels, if the bake has levels for them."""
+    worst, level = errors.get("wide_p99"), errors.get("wide_level")
+    if not isinstance(worst, float) or not isinstance(level, float):
+        return ()
+    return (f"large lamps: dE00 p99 {worst:.2f} at worst, at blur level {level:g}",)

@@ -78,4 +78,14 @@ def check_summary(file: Path, verdict: Verdict) -> tuple[str, ...]:
         f"dE00 mean {de.mean:.2f}, p95 {de.p95:.2f}, p99 {de.p99:.2f}, max {de.max:.2f}, |dY| {de.relative_dy:.2%} "
         f"({de.pairs} direction pairs)",
         f"|dY| by |u|: {rings}; zero order {verdict.zero_order_dy:.1e}",
+        *(_wide_line(verdict),) * bool(verdict.wide),
+    )
+
+
+def _wide_line(verdict: Verdict) -> str:
+    """The line on large lamps: the worst of the wider kernels."""
+    worst = verdict.worst_wide
+    return (
+        f"large lamps: dE00 p99 {worst.errors.p99:.2f} at worst, under a kernel of {worst.sigma:.3f} "
+        f"(blur level {worst.level:g} of {(len(verdict.wide) + 1) // 2}); claimed {verdict.wide_claimed:.2f}"
     )

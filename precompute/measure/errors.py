@@ -37,11 +37,11 @@ Candidate = Callable[[np.ndarray, np.ndarray, float], tuple[np.ndarray, np.ndarr
 # held_bound(pairs): a candidate's albedo bound (n,) at direction pairs.
 HeldBound = Callable[[Pairs], np.ndarray]
 # The fields of Errors that are differences of colour.
-_COLOUR = ("mean", "p95", "p99", "max")
+_COLOUR = ("mean", "p95", "p99", "max", "p99_of_w")
 # The share of pairs above the 99th percentile.
 _ABOVE = 0.01
-# The least number of values of w whose spread is measured.
-_GROUPS_MIN = 8
+# The least number of values of w whose spread is measured, and of pairs of one w whose 99th percentile is.
+_GROUPS_MIN, _OF_W = 8, 100
 
 
 @dataclass(frozen=True)
@@ -54,6 +54,7 @@ class Errors:
     zero_order_dy        largest |dY| of the zero order
     pairs                number of direction pairs
     share_deviation      standard deviation of the share of pairs below p99, by sampling; see `p99_allowance`
+    p99_of_w             largest p99 of the pairs of one w, among values of w with at least _OF_W pairs; see `claim`
     """
 
     mean: float
@@ -65,6 +66,7 @@ class Errors:
     zero_order_dy: float
     pairs: int
     share_deviation: float
+    p99_of_w: float = 0.0
 
     @property
     def p99_allowance(self) -> float:
@@ -83,6 +85,13 @@ class Errors:
         """The 99th percentile plus its sampling error."""
         return self.p99 + self.p99_allowance
 
+    @property
+    def claim(self) -> float:
+        """The dE00 that the 99th percentile keeps, however the values of w are distributed.
+
+        The percentile of pairs of several w is at most the largest of each w alone."""
+        return max(self.p99_most, self.p99_of_w)
+
     def as_dict(self) -> dict[str, float | None]:
         """Convert the errors to JSON, with p99_most; null stands for an infinite error (see `measure`)."""
         told = {**asdict(self), "p99_most": self.p99_most}
@@ -91,7 +100,7 @@ class Errors:
     def worse_of(self, other: "Errors") -> "Errors":
         """Of two measurements, the one with the larger p99_most, with the larger error of the other figures."""
         worse = max(self, other, key=lambda each: each.p99_most)
-        figures = ("relative_dy", "relative_rms", "zero_order_dy")
+        figures = ("relative_dy", "relative_rms", "zero_order_dy", "p99_of_w")
         return replace(worse, **{name: max(getattr(self, name), getattr(other, name)) for name in figures})
 
     def worse_by(self, delta_e: float, relative: float) -> "Errors":
@@ -165,8 +174,8 @@ def measure(
 def worst_exposure(
     reference: np.ndarray, answer: np.ndarray, drawn: np.ndarray, *, white: np.ndarray, group: np.ndarray | None = None
 ) -> dict[str, float]:
-    """Mean, p95, p99, max and share_deviation (see Errors) of the CIEDE2000 between two radiances (n, 3) in XYZ, at the
-    exposure with the largest p99.
+    """Mean, p95, p99, max, p99_of_w and share_deviation (see Errors) of the CIEDE2000 between two radiances (n, 3) in
+    XYZ, at the exposure with the largest p99; p99_of_w at the exposure where it is largest.
 
     Each exposure puts one of EXPOSURE_PERCENTILES of the reference's Y at 1. The percentiles use the pairs in the mask
     `drawn` (n,), which were drawn from the reference's spectrum. white (3,) is the XYZ of white. Pairs of one w
@@ -184,10 +193,17 @@ def worst_exposure(
             continue
         de = delta_e_2000(lab(ref[counted], white), lab(ans[counted], white))
         p95, p99 = np.percentile(de, [95, 99])
-        found = dict(zip(_COLOUR, map(float, (de.mean(), p95, p99, de.max())), strict=True))
+        of_w = 0.0 if group is None else _largest_of_w(de, group[counted])
+        found = dict(zip(_COLOUR, map(float, (de.mean(), p95, p99, de.max(), of_w)), strict=True))
         found["share_deviation"] = _share_deviation(de > p99, None if group is None else group[counted])
-        worst = max(worst, found, key=lambda each: each["p99"])
+        worst = max(worst, found, key=lambda each: each["p99"]) | {"p99_of_w": max(worst["p99_of_w"], of_w)}
     return worst
+
+
+def _largest_of_w(de: np.ndarray, group: np.ndarray) -> float:
+    """The largest 99th percentile of dE00 (n,) in a group (n,) of one w, among groups of at least _OF_W pairs."""
+    groups = np.split(de, np.flatnonzero(np.diff(group)) + 1)
+    return float(max((np.percentile(each, 99) for each in groups if len(each) >= _OF_W), default=0.0))
 
 
 def _share_deviation(above: np.ndarray, group: np.ndarray | None) -> float:

@@ -75,6 +75,14 @@ def pair_about(half: np.ndarray, rng: np.random.Generator, *, least: float = 0.0
     """Draw unit vectors wi and wr whose sums wi + wr are the vectors `half` (n, 3). Their cosines are above `least`.
 
     A vector of `half` without a pair after 200 trials is left out, so fewer than n pairs may be returned."""
+    wi, wr, _ = pair_and_kept(half, rng, least=least)
+    return wi, wr
+
+
+def pair_and_kept(
+    half: np.ndarray, rng: np.random.Generator, *, least: float = 0.0
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Like pair_about. Also returns the indices of the vectors of `half` that have a pair."""
     length = np.linalg.norm(half, axis=1, keepdims=True)
     axis = half / length
     side = np.cross(axis, np.where(np.abs(axis[:, :1]) < 0.7, [[1.0, 0, 0]], [[0, 1.0, 0]]))
@@ -92,4 +100,4 @@ def pair_about(half: np.ndarray, rng: np.random.Generator, *, least: float = 0.0
         if len(pending) == 0:
             break
     kept = np.setdiff1d(np.arange(len(half)), pending)
-    return (half / 2 + offset)[kept], (half / 2 - offset)[kept]
+    return (half / 2 + offset)[kept], (half / 2 - offset)[kept], kept

@@ -68,7 +68,7 @@ def turned(table, degrees):
 def test_a_bake_passes(run, baked, scan):
     status, out, err = run("check", baked, scan, *PICTURE, *QUICK)
     assert (status, err) == (0, "")
-    assert len(out.splitlines()) == 3 and "dE00 mean" in out and "|dY|" in out
+    assert len(out.splitlines()) == 4 and "dE00 mean" in out and "|dY|" in out and "large lamps: dE00 p99" in out
 
 
 def test_its_errors_are_those_of_the_bake(run, baked, scan):
@@ -122,6 +122,35 @@ def test_a_turn_by_nothing_passes(run, baked, scan, tmp_path):
     assert run("check", path, scan, *PICTURE, *QUICK)[0] == 0
 
 
+@pytest.mark.parametrize("level", [1, 4])
+def test_one_wrong_level_fails(run, baked, scan, tmp_path, level):
+    """All levels are read, and each is compared with the light under its own kernel. 1.3 times the light is a dE00 of
+    about 38.7 * 0.3 / 3 = 4 and more at Y = 1."""
+
+    def fault(table):
+        wider = list(table.wider)
+        wider[level - 1] = 1.3 * wider[level - 1]
+        return replace(table, wider=tuple(wider))
+
+    path = spoilt(baked, tmp_path / "level.exr", fault)
+    status, out, err = run("check", path, scan, *PICTURE, *QUICK, "--json", "-")
+    facts, claimed = json.loads(out), read_header(baked)[1]["delta_e"]["wide_p99_most"]
+    assert status == 1 and f"at blur level {level}, claimed {claimed:.2f}" in err
+    wrong = [each["level"] for each in facts["wide"] if each["p99"] > 3]
+    assert level in wrong and set(wrong) <= {level - 0.5, level, level + 0.5}
+    assert facts["delta_e"]["p99"] <= 1
+
+
+def test_the_claim_for_wider_kernels_is_kept(run, baked, scan):
+    """Under every level's kernel and the middles between two, on other directions than those of the bake."""
+    facts = json.loads(run("check", baked, scan, *PICTURE, *QUICK, "--groups", "8", "--json", "-")[1])
+    claimed = read_header(baked)[1]["delta_e"]
+    levels = len(atlas_file.read(baked)[0].levels)
+    assert [each["level"] for each in facts["wide"]] == [half / 2 for half in range(1, 2 * levels - 1)]
+    assert all(2 * each["p99"] - each["p99_most"] <= claimed["wide_p99_most"] for each in facts["wide"])
+    assert claimed["claim"] >= max(claimed["p99_most"], claimed["wide_p99_most"], claimed["p99_of_w"])
+
+
 def test_a_wrong_zero_order_fails(refused, baked, scan, tmp_path):
     path = spoilt(baked, tmp_path / "dim.exr", lambda table: replace(table, zero_order=0.99 * table.zero_order))
     told = refused("check", path, scan, *PICTURE, *QUICK)
@@ -133,8 +162,8 @@ def test_a_failure_gives_its_errors_all_the_same(run, baked, scan, tmp_path):
     status, out, err = run("check", path, scan, *PICTURE, *QUICK, "--json", "-")
     facts = json.loads(out)
     assert status == 1 and len(err.splitlines()) == 1
-    # It fails in colour and in light.
-    assert not facts["passed"] and len(facts["faults"]) == 2
+    # It fails in colour, under wider kernels too, and in light.
+    assert not facts["passed"] and len(facts["faults"]) == 3
     assert facts["delta_e"]["relative_dy"] == pytest.approx(0.3, abs=0.01)
 
 
