@@ -3,7 +3,7 @@
 
 The table is read by table_file.py and compared with the sums of direct_sums.py. The check shares no code with baking,
 packing or reading a bake. It shares the error metrics and the direction pairs (precompute/measure), the observer's
-tables, and the levelled relief that counts as the surface.
+tables, the mapping of colours into a renderer's space, and the levelled relief that counts as the surface.
 """
 
 import hashlib
@@ -20,6 +20,7 @@ from ..base.progress import Progress, part_of, silent
 from ..colour.observer import WAVELENGTH_MIN_M, line_of
 from ..measure.errors import RELATIVE_DY, Errors, Truth, measure
 from ..measure.pairs import Pairs, draw_w
+from ..measure.shown_colours import Shown, shown_against
 from ..optics.plate import least_cosine
 from ..surface.height_map import HeightMap
 from ..surface.relief import Relief, prepare
@@ -71,6 +72,7 @@ class Verdict:
     rings              the errors by distance from the zero order
     wide               the errors under wider kernels
     wide_claimed       the p99 with its sampling error that the bake claims under wider kernels
+    shown              the colours as a renderer's spaces show them, against the exact ones
     w                  values of w at which pairs were measured
     step_m             wavelength step in metres
     seconds            duration of the check in seconds
@@ -83,6 +85,7 @@ class Verdict:
     rings: list[Ring]
     wide: list[Wide]
     wide_claimed: float
+    shown: Shown
     w: list[float]
     step_m: float
     seconds: float
@@ -123,6 +126,7 @@ class Verdict:
             "zero_order": {"dy": self.zero_order_dy, "budget": self.zero_order_budget},
             "wide": [each.as_dict() for each in self.wide],
             "rings": [asdict(ring) for ring in self.rings],
+            "shown": {space: found.as_dict() for space, found in self.shown.items()},
             "w": self.w,
             "step_nm": self.step_m * 1e9,
             "seconds": self.seconds,
@@ -169,6 +173,7 @@ def check(
         rings=_rings(table, truth),
         wide=measured_under(table, under),
         wide_claimed=claimed(table.record),
+        shown=shown_against(truth, table.candidate, table.illuminant, holds_reflectance=table.holds_reflectance),
         w=[t.w for t in truth],
         step_m=step_m,
         seconds=time.perf_counter() - started,

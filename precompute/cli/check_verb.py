@@ -7,6 +7,7 @@ from pathlib import Path
 from ..bake.request import DELTA_E
 from ..base.failure import GratingError, Setting
 from ..check.verdict import Verdict, check
+from ..measure.shown_colours import told
 from ..table import atlas_file
 from .arguments import STEP_NM, add_input, existing_bake, height_map_of
 from .option_types import count, name_argument, number
@@ -79,6 +80,7 @@ def check_summary(file: Path, verdict: Verdict) -> tuple[str, ...]:
         f"({de.pairs} direction pairs)",
         f"|dY| by |u|: {rings}; zero order {verdict.zero_order_dy:.1e}",
         *(_wide_line(verdict),) * bool(verdict.wide),
+        *filter(None, [told({space: found.as_dict() for space, found in verdict.shown.items()})]),
     )
 
 

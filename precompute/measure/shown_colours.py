@@ -51,6 +51,8 @@ def shown_against(truth: Sequence[Truth], candidate: Candidate, illuminant: str,
         factor = spread.pairs.radiance_factor(holds_reflectance=holds_reflectance)[:, None]
         found = candidate(spread.pairs.u, spread.pairs.v, each.w)[0]
         parts.append(np.stack([factor * spread.scattered_xyz / each.w**2, factor * found]))
+    if not parts:
+        return {}
     true, found = np.concatenate(parts, axis=1)
     chosen = chosen_by_light(true[:, 1], np.random.default_rng(0))
     scale = SHOWN_Y / true[chosen, 1:2]
@@ -95,8 +97,8 @@ def is_shown(record: object) -> bool:
 def told(spaces: dict[str, Any]) -> str:
     """One line about shown_colours' result as JSON; "" for an empty one."""
     parts = [
-        f"{space} lacks {found['outside']:.0%} of the light's colours"
+        f"{space} {found['outside']:.0%}"
         + (f" (dE00 {found['p50']:.1f}, p95 {found['p95']:.1f})" if found["outside"] else "")
         for space, found in spaces.items()
     ]
-    return f"as shown: {', '.join(parts)}" if parts else ""
+    return f"the light's colours that a space lacks: {', '.join(parts)}" if parts else ""

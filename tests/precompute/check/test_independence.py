@@ -9,10 +9,11 @@ ROOT = Path(__file__).resolve().parents[3] / "precompute"
 ROOMS = {"base", "optics", "reflectance", "colour", "surface", "measure", "check"}
 OF_THE_BAKE = {"maths", "spectra", "table", "reference", "bake"}
 # Everything that `check` shares with the bake: failures, memory and progress, the surface, directions, the observer,
-# the error metrics, the reflectance of matters.
+# the error metrics, the reflectance of matters, the mapping of colours into a renderer's space.
 SHARED = {
     "base/exr.py", "base/failure.py", "base/memory.py", "base/progress.py", "base/strict_json.py",
-    "colour/difference.py", "colour/observer.py", "measure/errors.py", "measure/pairs.py", "optics/brdf.py",
+    "colour/difference.py", "colour/gamut.py", "colour/observer.py", "colour/working_space.py", "measure/errors.py",
+    "measure/pairs.py", "measure/shown_colours.py", "optics/brdf.py",
     "optics/fresnel.py", "optics/plate.py", "optics/region.py", "optics/small_slope.py", "reflectance/films.py",
     "reflectance/matter.py", "reflectance/matter_text.py", "reflectance/metals.py",
     "surface/first_order.py", "surface/height_map.py",

@@ -68,7 +68,13 @@ def turned(table, degrees):
 def test_a_bake_passes(run, baked, scan):
     status, out, err = run("check", baked, scan, *PICTURE, *QUICK)
     assert (status, err) == (0, "")
-    assert len(out.splitlines()) == 4 and "dE00 mean" in out and "|dY|" in out and "large lamps: dE00 p99" in out
+    assert (
+        len(out.splitlines()) == 5
+        and "a space lacks: Rec.709" in out
+        and "dE00 mean" in out
+        and "|dY|" in out
+        and "large lamps: dE00 p99" in out
+    )
 
 
 def test_its_errors_are_those_of_the_bake(run, baked, scan):
@@ -77,6 +83,8 @@ def test_its_errors_are_those_of_the_bake(run, baked, scan):
     assert status == 0 and facts["passed"] and facts["faults"] == []
     assert facts["asked_delta_e"] == 1
     assert facts["delta_e"]["p99"] <= 1 and facts["delta_e"]["relative_dy"] <= 0.01
+    # Two draws of 500 colours each, of which the share outside has a standard deviation of at most 0.022.
+    assert facts["shown"]["Rec.709"]["outside"] == pytest.approx(record["shown"]["Rec.709"]["outside"], abs=0.1)
     # Two samples of one distribution, drawn by two programs.
     for name in ("mean", "p95", "p99"):
         assert facts["delta_e"][name] == pytest.approx(record["delta_e"][name], rel=0.6)

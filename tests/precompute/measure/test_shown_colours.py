@@ -50,7 +50,10 @@ def test_a_mirror_has_no_colours():
 def test_the_line_says_share_and_error(blaze):
     record = {space: found.as_dict() for space, found in blaze.items()}
     line = told(record)
-    assert line.startswith("as shown: Rec.709 lacks ") and f"p95 {blaze['Rec.709'].p95:.1f}" in line
+    assert (
+        line.startswith("the light's colours that a space lacks: Rec.709 ")
+        and f"p95 {blaze['Rec.709'].p95:.1f}" in line
+    )
     assert is_shown(record) and is_shown({})
 
 
