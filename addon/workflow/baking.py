@@ -83,6 +83,12 @@ def warnings_of(facts: dict[str, Any]) -> list[str]:
     return [line.removeprefix(WARNING) for line in facts.get("levelling", ()) if line.startswith(WARNING)]
 
 
+def large_lamps_line(errors: dict[str, float | None]) -> list[str]:
+    """The error under large lamps, if a bake has measured it."""
+    worst = errors.get("wide_p99")
+    return [f"large lamps: dE00 {worst:.1f} at worst"] if isinstance(worst, (int, float)) else []
+
+
 def shown_lines(spaces: dict[str, dict[str, float]], working_space: str) -> list[str]:
     """What a file's working space does to a bake's colours, and the space that would show them better."""
     found = spaces.get(working_space)
@@ -106,6 +112,7 @@ def record_bake(grating: Grating, facts: dict[str, Any], request: BakeRequest, *
     grating.for_scene = not request.needs.everything
     summary = [
         f"dE00 {facts['delta_e']['p99']:.2f} (99 %)",
+        *large_lamps_line(facts["delta_e"]),
         f"coherence {facts['coherence_um']:.0f} um",
         *shown_lines(facts.get("shown", {}), compat.working_space()),
         f"{facts['tiles']} look-ups",

@@ -47,6 +47,7 @@ def test_a_bake_of_a_scan_shows_its_figures(scene, baked):
     assert grating.bake_summary.splitlines()[0] == f"dE00 {header['delta_e']['p99']:.2f} (99 %)"
     assert f"coherence {header['coherence_um']:.0f} um" in grating.bake_summary
     assert "look-ups" in grating.bake_summary and "MiB" in grating.bake_summary
+    assert f"large lamps: dE00 {header['delta_e']['wide_p99']:.1f} at worst" in grating.bake_summary.splitlines()
     assert set(header["shown"]) == {"Rec.709", "Rec.2020", "ACEScg"}
     relief = f"relief {header['height_range_m'] * 1e9:.0f} nm levelled"
     assert grating.summary.splitlines() == ["4 x 4 um", relief, "from its bake, without waves.png"]
@@ -164,3 +165,8 @@ def test_the_panel_says_what_the_working_space_does_to_the_colours(addon):
     skin = {"Rec.709": {"outside": 0.23, "p50": 3.1, "p95": 6.9}}
     assert lines(skin, "Rec.709") == []
     assert lines({"Rec.709": cd["Rec.709"]}, "Rec.709") == ["Rec.709 lacks 35% of its colours: dE00 9 as shown"]
+
+
+@pytest.mark.parametrize("errors", [{}, {"wide_p99": None}])
+def test_a_bake_that_did_not_measure_large_lamps_says_nothing_of_them(addon, errors):
+    assert addon.baking.large_lamps_line(errors) == []
