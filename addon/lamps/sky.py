@@ -78,6 +78,11 @@ def _values(source: Source) -> dict[str, list[float]]:
     }
 
 
+def notes_frames(scene: bpy.types.Scene) -> bool:
+    """Whether the scene has a record of fitted frames, sound or not."""
+    return _FRAMES in scene
+
+
 def fitted_frames(scene: bpy.types.Scene) -> dict[int, str]:
     """The fitted frames of an animated world, and the start of its fingerprint in each; empty if there are none."""
     pairs = [each.partition(":") for each in stored.text(scene, _FRAMES).split()]

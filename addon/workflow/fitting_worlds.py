@@ -25,7 +25,7 @@ from ..lamps.sky import (
     forget_sources,
     hold_sources,
     is_fitted_frame,
-    source_count,
+    notes_frames,
 )
 from ..materials.file_lights import follows_world
 from ..materials.skin import show_lamps
@@ -93,11 +93,7 @@ def world_is_fitted(scene: bpy.types.Scene) -> bool:
 def drop_stale_sources(scene: bpy.types.Scene) -> str:
     """Drop the sources of a world that has changed. Returns the world's fingerprint if a fit is wanted, else ""."""
     now = _fingerprint(scene)
-    if fitted_frames(scene):
-        is_right = _frames_fit(scene)
-    else:  # without a fingerprint there is nothing to fit, so sources are left over
-        is_right = fitted_world(scene) == now and (now != "" or source_count(scene) == 0)
-    if is_right:
+    if _frames_fit(scene) if notes_frames(scene) else fitted_world(scene) == now:
         return ""
     forget_sources(scene)
     return now if follows_world() else ""
@@ -107,7 +103,9 @@ def _frames_fit(scene: bpy.types.Scene) -> bool:
     """Whether the scene's world is animated as when its frames were fitted, as far as the present frame shows."""
     from ..worlds.fingerprint import fingerprint
 
-    return world_is_animated(scene) and is_fitted_frame(scene, fingerprint(scene.world))
+    if not (fitted_frames(scene) and world_is_animated(scene)):
+        return False
+    return is_fitted_frame(scene, fingerprint(scene.world))
 
 
 def unfitted_world(scene: bpy.types.Scene) -> list[str]:

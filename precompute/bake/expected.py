@@ -56,7 +56,7 @@ def expected_table_bytes(layout: Layout, needs: Needs) -> tuple[int, int]:
     tile = tuple(len(texel_middles(*side, texel)) for side in (needs.region.v, needs.region.u))
     side = math.ceil(4 / texel - 1e-9) + 1
     low, high = needs.w
-    terms = min(layout.terms, math.ceil(2 + (layout.terms - 2) * (high - low) / 2))
+    terms = min(layout.terms, 2 + round((layout.terms - 2) * (high - low) / 2))
     rows, columns = (count - 2 * TILE_PADDING for count in tile)
     cell = cell_for(terms, (rows, columns), sigma_b, whole=(side, side), ratios=(layout.level_ratio,))
     width_min = layout.zero_order_samples + 1

@@ -142,10 +142,11 @@ def test_the_orders_of_xenopeltis_are_apart_as_photographed(compared):
 
 
 def test_the_first_order_of_elaphe_is_as_long_as_photographed(compared):
-    """Each hue over yellow within 2 %, the better way."""
+    """Each hue over yellow within 3 %, the better way: azure's place moves by 2 % with the camera's white balance, and
+    the places in single slabs have a standard deviation of 2.5 to 3.7 %."""
     ratios = [ratio for ratio in ELAPHE.ratios if ratio[0][0] == "along"]
     worst = [max(abs(np.log(ours / theirs)) for theirs, ours in map(way.ratio, ratios)) for way in compared(ELAPHE)]
-    assert min(worst) < 0.02
+    assert min(worst) < 0.03
 
 
 def test_the_orders_across_elaphe_fit_at_a_smaller_angle(compared):
