@@ -102,8 +102,9 @@ class FrameFits:
                 self.scene.name, f"its keys cannot be edited ({fault})", "make its action local"
             ) from None
         show_lamps(exactly=False)
-        count = max(map(len, sources.values()))
-        return f"{len(sources)} frames fitted, {min(sources)} to {max(sources)}; at most {count} bright spots in each"
+        most_spots = max(map(len, sources.values()))
+        spots = f"{most_spots} bright spot{'s' * (most_spots != 1)}"
+        return f"{len(sources)} frames fitted, {min(sources)} to {max(sources)}; at most {spots} in each"
 
     def _start(self) -> None:
         frame = self.frames[len(self.fits)]
