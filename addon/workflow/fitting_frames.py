@@ -63,9 +63,8 @@ class FrameFits:
     @property
     def running(self) -> bool:
         """Whether a fit is still to be done. Starts the next one if the last has ended."""
-        if self._probe is None or self._probe.running:
-            return self._probe is not None
-        self._take()
+        if self._probe is not None and not self._probe.running:
+            self._take()
         return self._probe is not None
 
     def wait(self) -> None:

@@ -18,7 +18,7 @@ from ..maths.gaussian_sums import gaussian_sums
 from ..measure.errors import Errors, Truth, measure
 from ..measure.pairs import Pairs, cosine_weighted, pair_and_kept
 from ..optics.plate import least_cosine
-from ..optics.region import FARTHEST, Region
+from ..optics.region import FARTHEST
 from ..table.table import Table
 from .basis import lit_places
 
@@ -34,7 +34,6 @@ _RESOLVED, _LEFT = 1.4, 0.7
 _SIDE_MIN = 16
 # Where a table ends within the sky, the light beyond is unknown. Pairs keep this many standard deviations away from it.
 _FROM_RIM = 3.0
-_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -125,16 +124,7 @@ def _pairs(
     for k, sigma in enumerate(sigmas):
         wi, wr = (np.concatenate([first, way[number == k]]) for first, way in zip(cosine, ways, strict=True))
         pairs = Pairs(wi, wr, np.arange(len(wi)) >= len(cosine[0]))
-        yield pairs.within(_known(exact.region, _FROM_RIM * sigma))
-
-
-def _known(region: Region, margin: float) -> Region:
-    """The part of a table's region with a distance of `margin` from the sides at which the table ends in the sky."""
-    sides = (
-        (low + margin * (low > _ROUNDING - FARTHEST), high - margin * (high < FARTHEST - _ROUNDING))
-        for low, high in region
-    )
-    return Region(*sides)
+        yield pairs.within(exact.region.known(_FROM_RIM * sigma))
 
 
 def _octaves(image: np.ndarray, variance: float) -> list[tuple[np.ndarray, float]]:

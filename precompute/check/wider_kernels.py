@@ -11,14 +11,13 @@ import numpy as np
 from ..measure.errors import Errors, Truth, measure
 from ..measure.pairs import Pairs, pair_about
 from ..optics.plate import least_cosine
-from ..optics.region import FARTHEST, Region
+from ..optics.region import FARTHEST
 from .table_file import Table
 
 # The least number of direction pairs under each kernel, over all values of w, and at one w.
 _PAIRS, _PAIRS_AT_W = 160, 24
 # Where a table ends within the sky, the light beyond is unknown. Pairs keep this many standard deviations away from it.
 _FROM_RIM = 3.0
-_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -67,16 +66,8 @@ def pairs_under(table: Table, first: Pairs, w: float, *, groups: int, rng: np.ra
         plain = first.only(rng.permutation(cosine)[:half])
         wi, wr = (np.concatenate(ways) for ways in zip((plain.wi, plain.wr), spectral, strict=True))
         pairs = Pairs(wi, wr, np.arange(len(wi)) >= len(plain.wi))
-        found.append(pairs.within(_known(table.region, _FROM_RIM * sigma)))
+        found.append(pairs.within(table.region.known(_FROM_RIM * sigma)))
     return found
-
-
-def _known(region: Region, margin: float) -> Region:
-    """The part of a region with a distance of `margin` from the sides at which it ends in the sky."""
-    return Region(*(
-        (low + margin * (low > _ROUNDING - FARTHEST), high - margin * (high < FARTHEST - _ROUNDING))
-        for low, high in region
-    ))  # fmt: skip
 
 
 def measured_under(table: Table, truths: Sequence[Sequence[Truth]]) -> list[Wide]:

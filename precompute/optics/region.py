@@ -9,6 +9,8 @@ import numpy as np
 FARTHEST = 2.0
 # w = cos(ti) + cos(tr) reaches 2 if both look along the normal.
 W_MAX = 2.0
+# An end of a region this close to FARTHEST is at FARTHEST.
+_ROUNDING = 1e-9
 
 
 class Region(NamedTuple):
@@ -36,3 +38,12 @@ class Region(NamedTuple):
     def contains(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Whether each of the points u, v (...,) lies in the region or on its rim."""
         return (u >= self.u[0]) & (u <= self.u[1]) & (v >= self.v[0]) & (v <= self.v[1])
+
+    def known(self, margin: float) -> "Region":
+        """The part with a distance of `margin` from the sides at which the region ends short of FARTHEST. The light
+        beyond these sides is unknown."""
+        sides = (
+            (low + margin * (low > _ROUNDING - FARTHEST), high - margin * (high < FARTHEST - _ROUNDING))
+            for low, high in self
+        )
+        return Region(*sides)
