@@ -46,7 +46,7 @@ class View:
 
 _LOOPS = (-0.03, -0.045, 0.015)
 VIEWS = {
-    "hero": View(Towards(-88.0, 32.0, 0.60), (-0.045, -0.035, 0.014), 95.0),
+    "hero": View(Towards(-90.0, 34.0, 0.60), (-0.034, -0.024, 0.012), 112.0),
     "sky": View(Towards(-88.0, 32.0, 0.60), (-0.045, -0.035, 0.014), 95.0, light="sky"),
     "macro": View(Towards(-88.0, 36.0, 0.35), (-0.03, -0.043, 0.022), 180.0),
     # As in the thesis: seen from straight above, under one small sun at an angle to the body.
@@ -69,7 +69,12 @@ class Sun:
 # Xenopeltis diffracts across the body, Elaphe along it. So the strongest sun stands opposite the camera, across the
 # long straight runs or at an angle to them. The second, near the camera, shows the skin; the third lights the bends.
 SUNS = {
-    "XENOPELTIS": (Sun(92.0, 29.0, 17.0, 1.5), Sun(250.0, 58.0, 2.6, 1.5), Sun(150.0, 35.0, 6.0, 3.0)),
+    "XENOPELTIS": (
+        Sun(92.0, 29.0, 26.0, 4.0),
+        Sun(262.0, 50.0, 7.0, 3.0),
+        Sun(150.0, 35.0, 9.0, 5.0),
+        Sun(60.0, 22.0, 10.0, 5.0),
+    ),
     "ELAPHE": (Sun(128.0, 30.0, 12.0, 1.5), Sun(250.0, 58.0, 3.0, 1.5), Sun(52.0, 35.0, 8.0, 2.0)),
 }
 
@@ -156,7 +161,7 @@ def build(scene: bpy.types.Scene, view: View, species: str, *, faces: int, panor
             at = Towards(sun.azimuth_deg, sun.elevation_deg, 2.0)
             name = f"Sun {index + 1}"
             add_key(scene, name, at, target=view.target, strength=sun.strength, angle_deg=sun.angle_deg)
-        wrap_in_dusk(scene, 0.06 if view.light == "suns" else 0.01)
+        wrap_in_dusk(scene, 0.20 if view.light == "suns" else 0.01)
     camera = add_camera(scene, view.camera, view.target, view.lens_mm)
     settings(scene)
     scene.view_settings.exposure = view.exposure

@@ -52,6 +52,15 @@ class AddSnake(bpy.types.Operator):
         min=11_000,
         max=1_000_000,
     )
+    flatness: FloatProperty(
+        name="Flat Scales",
+        description="How flat each scale is across the body: 0 as round as the body, 1 flat. A flat scale shows one "
+        "colour or two, and a round one all colours as thin lines",
+        default=0.75,
+        min=0.0,
+        max=1.0,
+        subtype="FACTOR",
+    )
     seed: IntProperty(name="Seed", description="Varies the slight tilts and shades of the scales", default=0, min=0)
     bones: BoolProperty(name="Bones", description="Add an armature that deforms the snake", default=False)
 
@@ -60,12 +69,13 @@ class AddSnake(bpy.types.Operator):
         return in_object_mode(cls, context)
 
     def execute(self, context):
+        from ..snakes.shape import Detail
         from ..workflow.adding_snakes import add_snake
 
         try:
             _, lines = add_snake(
                 context, self.species, self.pose,
-                length_m=self.length_m, faces=self.faces, seed=self.seed, bones=self.bones,
+                length_m=self.length_m, detail=Detail(self.faces, self.flatness, self.seed), bones=self.bones,
             )  # fmt: skip
         except GratingError as error:
             return report_failure(self, error)

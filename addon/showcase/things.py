@@ -12,7 +12,7 @@ from ..blender import compat
 from ..blender.shape_mesh import mesh_of_shape
 from ..snakes.mesh import new_mesh
 from ..snakes.poses import posed_spine
-from ..snakes.shape import snake_shape
+from ..snakes.shape import Detail, snake_shape
 from ..snakes.skins import give_skin
 
 # The disc leans towards the camera on its rim; the sheet leans back.
@@ -48,7 +48,7 @@ def add_floor(scene: bpy.types.Scene, colour: tuple[float, float, float], *, hal
 
 
 def _snake(species: str) -> bpy.types.Mesh:
-    mesh = new_mesh("Snake", snake_shape(posed_spine("RESTING", _SNAKE_M), species, faces=_SNAKE_FACES, seed=0))
+    mesh = new_mesh("Snake", snake_shape(posed_spine("RESTING", _SNAKE_M), species, Detail(_SNAKE_FACES)))
     give_skin(mesh, species)
     return mesh
 

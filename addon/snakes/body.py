@@ -14,7 +14,12 @@ from .spine import Spine, bspline
 _BACK, _BELLY = 0.84, 0.66
 # The exponent of a section's superellipse; 2 would be an ellipse. A resting body is slightly flatter on its back and
 # flanks, so that the light of one order spreads over more of it.
-_SECTION = 2.35
+_SECTION = 2.9
+# A body's girth varies by this share, in waves of a third and an eighth of its length.
+_GIRTH = 0.02
+# Pleats of skin inside of a bend: they begin at this curvature, in units of 1 / half width, and are this deep for each
+# unit beyond it, in half widths; so many scales lie between two of them.
+_PLEAT_FROM, _PLEAT_DEPTH, _PLEAT_SCALES = 0.15, 0.35, 1.5
 # The rounded end of the tail has this share of the largest half width.
 _TAIL_TIP = 0.08
 # Half of the angle around the body's axis that the rows of scales cover. The belly's plates cover the rest.
@@ -47,6 +52,7 @@ class Body(NamedTuple):
         kind, length = self.species, self.spine.length
         swelling = _smoothstep((s - self.head_end) / (0.3 * length))
         trunk = kind.neck + (1 - kind.neck) * swelling
+        trunk = trunk * (1 + _GIRTH * np.sin(2 * np.pi * np.outer((3.3, 7.7), s / length)).sum(axis=0))
         trunk = trunk * (1 - (1 - _TAIL_TIP) * (1 - np.clip((length - s) / (0.5 * length), 0, 1)) ** 2.0)
         tip = _rounded((length - s) / (3 * _TAIL_TIP * self.radius))
         h = np.clip(s / self.head_end, 0, 1)
@@ -70,12 +76,20 @@ class Body(NamedTuple):
         increasing to the side of the spine), and `rise` metres above the smooth body; all (n,)."""
         width, back, belly, axis = self.sizes(s)
         sine, cosine = np.sin(angle), np.cos(angle)
-        out = (np.abs(sine) ** _SECTION + np.abs(cosine) ** _SECTION) ** (-1 / _SECTION)
+        out = _section(sine, cosine)
         across = (width + rise) * out * sine
         up = axis + (np.where(cosine < 0, belly, back) + rise) * out * cosine
         spine = self.spine
         axes = [np.stack([np.interp(s, spine.s, part[:, k]) for k in range(3)], axis=1) for part in spine[1:]]
         return axes[0] + across[:, None] * axes[2] + up[:, None] * axes[3]
+
+    def pleats(self, s: np.ndarray, angle: np.ndarray) -> np.ndarray:
+        """The depth (n,) in metres of the skin's pleats inside of bends, at arc lengths s and angles as for points."""
+        spine = self.spine
+        bend = (np.gradient(spine.tail, spine.s, axis=0) * spine.side).sum(axis=1) * self.radius
+        inside = np.clip(np.interp(s, spine.s, bend) * np.sin(angle) - _PLEAT_FROM, 0, None)
+        count = np.interp(s, spine.s, self.scale_counts(spine.s)) / _PLEAT_SCALES + 0.2 * np.sin(5 * angle)
+        return self.radius * _PLEAT_DEPTH * inside * (0.5 - 0.5 * np.cos(2 * np.pi * count))
 
     def scale_counts(self, s: np.ndarray) -> np.ndarray:
         """The number of scales of a row up to each of the arc lengths s (n,), counted from the first of them."""
@@ -86,6 +100,25 @@ class Body(NamedTuple):
     def scale_lengths(self, s: np.ndarray) -> np.ndarray:
         """The distance from one scale to the next of its row, in metres, at arc lengths s (n,)."""
         return self.species.scale_length * np.maximum(self.sizes(s).width, 0.3 * self.radius)
+
+
+def around(angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The way around a body from the back's midline to each angle (n,), in half widths, and the angle by which its
+    normal has turned there, in radians. Both are negative for negative angles."""
+    fine = np.linspace(0, np.pi, 2001)
+    sine, cosine = np.sin(fine), np.cos(fine)
+    out = _section(sine, cosine)
+    steps = np.diff(np.stack([out * sine, out * cosine * np.where(cosine < 0, _BELLY, _BACK)], axis=1), axis=0)
+    way = np.concatenate([[0], np.cumsum(np.hypot(*steps.T))])
+    turn = np.arctan2(-steps[:, 1], steps[:, 0])
+    middle = (fine[1:] + fine[:-1]) / 2
+    size = np.abs(angle)
+    return np.sign(angle) * np.interp(size, fine, way), np.sign(angle) * np.interp(size, middle, turn)
+
+
+def _section(sine: np.ndarray, cosine: np.ndarray) -> np.ndarray:
+    """The distance from the axis, in half sizes, of a section's outline."""
+    return (np.abs(sine) ** _SECTION + np.abs(cosine) ** _SECTION) ** (-1 / _SECTION)
 
 
 def body_along(spine: Spine, species: Species) -> Body:

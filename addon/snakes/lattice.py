@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 # Widths of a groove's side and of a pale rim, in sides of a scale.
-GROOVE_WIDTH, RIM_WIDTH = 0.03, 0.11
+GROOVE_WIDTH, RIM_WIDTH = 0.03, 0.13
 
 
 class Cut(NamedTuple):

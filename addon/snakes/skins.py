@@ -98,15 +98,17 @@ class _Skin:
 
 
 def _xenopeltis(tree: Tree) -> Value:
-    """Dark brown plates, warmer and lighter down the sides, with pale rims; a white belly."""
+    """Dark brown plates, warmer and lighter down the sides, with thin rims that are grey on the back and pale on the
+    sides, here and there broken; a white belly."""
     skin = _Skin(tree)
-    side = skin.step(skin.around, 0.15, 0.7)
-    plate = skin.blend(side, (0.050, 0.017, 0.0075), (0.125, 0.042, 0.017))
-    plate = plate * (skin.random * 0.5 + 0.75) * (skin.noise(9.0) * 0.6 + 0.7)
-    rim = skin.blend(side, (0.15, 0.092, 0.060), (0.42, 0.30, 0.21))
-    pale = skin.step(skin.around, 0.66, 0.73)
+    side = skin.step(skin.around, 0.15, 0.65)
+    plate = skin.blend(side, (0.034, 0.0165, 0.0095), (0.080, 0.036, 0.020))
+    plate = plate * (skin.random * 0.6 + 0.7) * (skin.noise(9.0) * 0.6 + 0.7)
+    rim = skin.blend(side, (0.10, 0.070, 0.052), (0.40, 0.30, 0.22))
+    pale = skin.step(skin.around, 0.64, 0.73)
     plate = skin.blend(pale, plate, (0.55, 0.49, 0.41))
-    coat = skin.blend(skin.rim * skin.rim * 0.75, plate, rim)
+    worn = skin.step(skin.noise(70.0, detail=3.0), 0.38, 0.62)
+    coat = skin.blend(skin.rim * skin.rim * (worn * 0.7 + 0.2), plate, rim)
     return skin.blend(skin.belly, coat, (0.62, 0.57, 0.50))
 
 

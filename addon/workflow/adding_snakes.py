@@ -9,7 +9,7 @@ from ...precompute.base.failure import GratingError
 from ..blender.new_objects import add_object, refuse_hidden, select_only
 from ..snakes.mesh import add_bones, new_mesh
 from ..snakes.poses import posed_spine
-from ..snakes.shape import snake_shape
+from ..snakes.shape import Detail, snake_shape
 from ..snakes.shed import shed_shape
 from ..snakes.skins import give_skin, new_shed
 from ..snakes.spine import spine_along
@@ -19,7 +19,7 @@ ALONG_CURVE = "CURVE"
 
 
 def add_snake(
-    context: bpy.types.Context, species: str, pose: str, *, length_m: float, faces: int, seed: int, bones: bool
+    context: bpy.types.Context, species: str, pose: str, *, length_m: float, detail: Detail, bones: bool
 ) -> tuple[bpy.types.Object, list[str]]:  # fmt: skip
     """Add a snake at the 3D cursor, or along the active curve with the curve's length, and select only it.
 
@@ -30,7 +30,7 @@ def add_snake(
     refuse_hidden(context)
     along_curve = pose == ALONG_CURVE
     spine = spine_along(_curve_points(context)) if along_curve else posed_spine(pose, length_m)
-    shape = snake_shape(spine, species, faces=faces, seed=seed)
+    shape = snake_shape(spine, species, detail)
     mesh = new_mesh("Snake", shape)
     give_skin(mesh, species)
     snake = add_object(context, mesh)

@@ -23,11 +23,11 @@ def make(room):
     """A function that makes a snake, each of them once."""
     made = {}
 
-    def make(species="XENOPELTIS", pose="RESTING", faces=50_000, seed=0):
-        asked = species, pose, faces, seed
+    def make(species="XENOPELTIS", pose="RESTING", faces=50_000, *, flatness=0.75, seed=0):
+        asked = species, pose, faces, flatness, seed
         if asked not in made:
             spine = room["spine"].spine_along(room["poses"].POSES[pose], 1.0)
-            made[asked] = room["shape"].snake_shape(spine, species, faces=faces, seed=seed)
+            made[asked] = room["shape"].snake_shape(spine, species, room["shape"].Detail(faces, flatness, seed))
         return made[asked]
 
     return make
@@ -163,9 +163,34 @@ def test_plates_are_nearly_flush_on_the_back(room, make, species, least, most):
     assert np.quantile(off, 0.95) < most
 
 
+def turns_within_plates(room, shape):
+    """For each plate (n,) on the back of the stout half of the body: by how much its normals turn across the body, over
+    the angle around the body that they lie apart. Least squares."""
+    normals, keep = plate_normals(shape)
+    spine = room["spine"].spine_along(room["poses"].POSES["S"], 1.0)
+    s = (np.add.reduceat(shape.s[shape.corners], shape.starts) / face_sizes(shape))[keep]
+    angle = (np.add.reduceat(shape.uv[:, 1], shape.starts) / face_sizes(shape))[keep] * 2 * np.pi
+    side, back = (np.stack([np.interp(s, spine.s, part[:, k]) for k in range(3)], axis=1) for part in spine[3:])
+    roll = np.arctan2((normals * side).sum(axis=1), (normals * back).sum(axis=1))
+    _, plate, faces = np.unique(shape.of_faces["scale_random"][keep], return_inverse=True, return_counts=True)
+    angle, roll = (values - (np.bincount(plate, values) / faces)[plate] for values in (angle, roll))
+    # A plate at the edge of what is kept is cut off. Only whole ones have the most faces.
+    return (np.bincount(plate, angle * roll) / np.bincount(plate, angle**2))[faces == faces.max()]
+
+
+@pytest.mark.parametrize("flatness", [0.75, 1.0])
+def test_flat_plates_take_away_their_share_of_the_bodys_roundness(room, make, flatness):
+    round_plates, flat = (
+        turns_within_plates(room, make("XENOPELTIS", "S", 1_000_000, flatness=value)) for value in (0.0, flatness)
+    )
+    assert len(flat) > 50
+    # A plate takes away the mean turn under its inner part; the outer parts of the body are a little rounder.
+    assert np.median(flat) / np.median(round_plates) == pytest.approx(1 - flatness, abs=0.05)
+
+
 def test_the_same_seed_makes_the_same_snake_and_another_seed_turns_its_plates(make, room):
     spine = room["spine"].spine_along(room["poses"].POSES["RESTING"], 1.0)
-    again = room["shape"].snake_shape(spine, "XENOPELTIS", faces=50_000, seed=0)
+    again = room["shape"].snake_shape(spine, "XENOPELTIS", room["shape"].Detail(50_000))
     other = make(seed=1)
     np.testing.assert_array_equal(make().points, again.points)
     np.testing.assert_array_equal(make().of_faces["scale_random"], again.of_faces["scale_random"])
@@ -180,7 +205,8 @@ def test_attributes_are_from_0_to_1_and_a_scale_has_one_random_number(make):
         assert (values.min(), values.max()) == pytest.approx((0, 1), abs=2e-3)
     # 15 rows of 198 scales, one belly plate per row, and the head's plates.
     assert len(np.unique(shape.of_faces["scale_random"])) == pytest.approx(16 * 198, rel=0.05)
-    # Rims of 0.11 of a side take 1 - 0.78^2 = 0.39 of a plate; rounded corners and the head's plates add to this.
+    # Rims of 0.13 of a side, linear from their inner edge, are above 0.4 on 1 - 0.84^2 = 0.29 of a plate; rounded
+    # corners and the head's plates add to this.
     rim = np.add.reduceat(shape.of_points["scale_rim"][shape.corners], shape.starts) / face_sizes(shape)
     area = np.linalg.norm(face_areas(shape), axis=1)
     assert 0.3 < (area * (rim > 0.4)).sum() / area.sum() < 0.5
@@ -236,7 +262,7 @@ def test_a_spine_follows_a_polygon_of_two_points(room):
 def test_too_few_and_too_many_faces_are_refused(room, faces):
     spine = room["spine"].spine_along(room["poses"].POSES["S"], 1.0)
     with pytest.raises(Exception, match=f"snake: {faces} faces; give 11000 to 1000000"):
-        room["shape"].snake_shape(spine, "XENOPELTIS", faces=faces)
+        room["shape"].snake_shape(spine, "XENOPELTIS", room["shape"].Detail(faces))
 
 
 def test_samples_of_a_side_rise_from_the_groove_to_the_next(room):

@@ -155,7 +155,7 @@ def test_into_a_hidden_collection_it_is_refused(scene, kind):
 def test_a_length_out_of_range_is_refused(addon, scene, length_m):
     with pytest.raises(Exception, match="give 0.01 to 100"):
         addon.adding_snakes.add_snake(
-            bpy.context, "XENOPELTIS", "S", length_m=length_m, faces=11_000, seed=0, bones=False
+            bpy.context, "XENOPELTIS", "S", length_m=length_m, detail=addon.shape.Detail(11_000), bones=False
         )  # fmt: skip
     assert "Snake" not in bpy.data.objects
 
