@@ -22,13 +22,11 @@ if not __package__:  # `blender --python` runs this file as a script
 from precompute.cli.option_types import count
 from precompute.cli.parser import OneLineParser
 
-from .snake import plain_material
+from .sets import SETS, STOPS_LESS, add_set
 from .stage import add_object, clean_scene, light_by_sky, surround_by
 from .studio import Towards, add_camera, add_key, settings, wrap_in_dusk
 
 SPECIES = ("XENOPELTIS", "ELAPHE")
-SOIL_DARK, SOIL_LIGHT = (0.007, 0.003, 0.0017), (0.06, 0.023, 0.0105)
-CRUMB_M = 0.0028
 TURNTABLE_FRAMES = 48
 
 
@@ -52,6 +50,7 @@ VIEWS = {
     # As in the thesis: seen from straight above, under one small sun at an angle to the body.
     "close": View(Towards(-90.0, 89.0, 0.40), (-0.01, -0.030, 0.022), 260.0, light="one sun"),
     "room": View(Towards(-95.0, 43.0, 0.42), _LOOPS, 50.0, light="room", exposure=1.3),
+    "terrarium": View(Towards(-62.0, 25.0, 0.74), (-0.05, 0.03, 0.04), 50.0),
     "turntable": View(Towards(-90.0, 38.0, 0.75), (0.0, -0.02, 0.01), 52.0),
 }
 
@@ -82,43 +81,6 @@ SUNS = {
 LONE_SUN = Sun(-75.0, 58.0, 7.0, 0.53)
 
 
-def add_soil(scene: bpy.types.Scene, half_size_m: float = 3.0) -> bpy.types.Object:
-    """A floor of dark crumbs: a plane with colour and bumps from Voronoi cells of two sizes, distorted by noise."""
-    material = plain_material("Soil", SOIL_DARK, roughness=0.95)
-    nodes, links = material.node_tree.nodes, material.node_tree.links
-    shader = nodes["Principled BSDF"]
-    shader.inputs["Specular IOR Level"].default_value = 0.0
-    noise, ramp, bump, where, moved, height = (
-        nodes.new(f"ShaderNode{kind}") for kind in ("TexNoise", "ValToRGB", "Bump", "TexCoord", "VectorMath", "Math")
-    )
-    links.new(where.outputs["Object"], noise.inputs["Vector"])
-    noise.inputs["Scale"].default_value, noise.inputs["Detail"].default_value = 90.0, 6.0
-    moved.operation, height.operation = "MULTIPLY_ADD", "MULTIPLY_ADD"
-    links.new(noise.outputs["Color"], moved.inputs[0])
-    moved.inputs[1].default_value = (CRUMB_M,) * 3
-    links.new(where.outputs["Object"], moved.inputs[2])
-    # Distance to the nearest cell centre: coarse crumbs plus a third of the fine ones.
-    for cells, per_crumb in ((height.inputs[0], 1.0), (height.inputs[2], 3.0)):
-        crumbs = nodes.new("ShaderNodeTexVoronoi")
-        crumbs.inputs["Scale"].default_value = per_crumb / CRUMB_M
-        links.new(moved.outputs["Vector"], crumbs.inputs["Vector"])
-        links.new(crumbs.outputs["Distance"], cells)
-    height.inputs[1].default_value = 3.0
-    links.new(noise.outputs[0], ramp.inputs[0])
-    for element, place, colour in zip(ramp.color_ramp.elements, (0.35, 0.7), (SOIL_DARK, SOIL_LIGHT), strict=True):
-        element.position, element.color = place, (*colour, 1.0)
-    links.new(ramp.outputs["Color"], shader.inputs["Base Color"])
-    bump.invert = True
-    bump.inputs["Distance"].default_value, bump.inputs["Strength"].default_value = CRUMB_M / 4, 1.0
-    links.new(height.outputs[0], bump.inputs["Height"])
-    links.new(bump.outputs["Normal"], shader.inputs["Normal"])
-    mesh = bpy.data.meshes.new("Soil")
-    h = half_size_m
-    mesh.from_pydata([(-h, -h, 0), (h, -h, 0), (h, h, 0), (-h, h, 0)], [], [(0, 1, 2, 3)])
-    mesh.materials.append(material)
-    return add_object(scene, "Soil", mesh)
-
-
 def turn_camera(camera: bpy.types.Object, target: tuple[float, float, float]) -> None:
     """Animate the camera once round the target, in TURNTABLE_FRAMES frames."""
     scene = bpy.context.scene
@@ -145,11 +107,13 @@ def _keep_pace(animation) -> None:
             key.interpolation = "LINEAR"
 
 
-def build(scene: bpy.types.Scene, view: View, species: str, *, faces: int, panorama: Path | None) -> None:
-    """Add snake, soil, light and camera."""
+def build(
+    scene: bpy.types.Scene, view: View, species: str, *, faces: int, panorama: Path | None, ground: str = "soil"
+) -> None:
+    """Add snake, light, camera and the set `ground`."""
     bpy.ops.grating.add_snake(species=species, pose="RESTING", length_m=1.0, faces=faces)
     bpy.context.object.name = "Snake"
-    add_soil(scene)
+    add_set(scene, ground, bpy.context.object, species)
     if view.light == "room":
         picture = bpy.data.images.load(str(panorama.resolve()))
         picture.pack()
@@ -164,7 +128,7 @@ def build(scene: bpy.types.Scene, view: View, species: str, *, faces: int, panor
         wrap_in_dusk(scene, 0.20 if view.light == "suns" else 0.01)
     camera = add_camera(scene, view.camera, view.target, view.lens_mm)
     settings(scene)
-    scene.view_settings.exposure = view.exposure
+    scene.view_settings.exposure = view.exposure - STOPS_LESS.get(ground, 0.0)
     if view == VIEWS["turntable"]:
         turn_camera(camera, view.target)
 
@@ -176,12 +140,14 @@ def main(argv: list[str]) -> None:
     parser.add_argument("--species", choices=SPECIES, default=SPECIES[0])
     parser.add_argument("--faces", type=count(11_000, 1_000_000), default=200_000)
     parser.add_argument("--panorama", type=Path, metavar="FILE.exr", help="of the room, for the view of that name")
+    parser.add_argument("--set", choices=list(SETS), default="soil", help="what the snake lies on")
     arguments = parser.parse_args(argv)
     view = VIEWS[arguments.view]
     if view.light == "room" and not (arguments.panorama and arguments.panorama.is_file()):
         parser.error("--view room needs --panorama; `python -m sample_scenes.room --output room.exr` makes one")
     clean_scene()
-    build(bpy.context.scene, view, arguments.species, faces=arguments.faces, panorama=arguments.panorama)
+    given = {"faces": arguments.faces, "panorama": arguments.panorama, "ground": arguments.set}
+    build(bpy.context.scene, view, arguments.species, **given)
     bpy.ops.wm.save_as_mainfile(filepath=str(arguments.output.resolve()))
 
 

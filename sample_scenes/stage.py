@@ -49,6 +49,16 @@ def add_object(scene: bpy.types.Scene, name: str, data: bpy.types.ID) -> bpy.typ
     return new
 
 
+def add_surface(
+    scene: bpy.types.Scene, name: str, points: np.ndarray, *, faces: np.ndarray, material: bpy.types.Material
+) -> bpy.types.Object:
+    """An object of points (n, 3) and faces (m, corners)."""
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(np.asarray(points).tolist(), [], np.asarray(faces).tolist())
+    mesh.materials.append(material)
+    return add_object(scene, name, mesh)
+
+
 def new_mesh(name: str, shape: Shape) -> bpy.types.Mesh:
     """A flat-shaded mesh of a shape."""
     mesh = bpy.data.meshes.new(name)
