@@ -60,6 +60,11 @@ class Pixels:
         """The unit vector (3,) that points to the right in the picture."""
         return self._axes[:, 0]
 
+    @property
+    def lens(self) -> np.ndarray | None:
+        """The place (3,) of a perspective camera's lens; None for another camera."""
+        return self._origin if self._kind == "PERSP" else None
+
     def shows(self, points: np.ndarray) -> np.ndarray:
         """Whether points (n, 3) lie in the picture, in front of the camera, (n,). A panorama shows all."""
         if self._kind == "PANO":

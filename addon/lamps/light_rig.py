@@ -13,6 +13,9 @@ from ..blender import stored
 
 # The kinds of rigs.
 SUN, STUDIO, WINDOW, POINTS = "SUN", "STUDIO", "WINDOW", "POINTS"
+ORDERS, FLASH, GRID = "ORDERS", "FLASH", "GRID"
+# The cone of a spot: its full angle in radians, and the share of it that fades.
+_CONE, _FADING = math.radians(40), 0.4
 COLLECTION = "Light Rig"
 # Custom property of the collection and of its lamps, saved in files: marks what the next rig replaces.
 _RIG = "ng_light_rig"
@@ -22,7 +25,7 @@ _RIG = "ng_light_rig"
 class RigLamp:
     """A lamp that shines at the middle of what it lights.
 
-    kind        SUN, AREA or POINT
+    kind        SUN, AREA, POINT or SPOT
     sizes       width and height, seen from the middle: as angles in radians for a sun, else over the distance
     to          (3,), the unit vector from the middle to the lamp
     irradiance  at the middle, of a surface that faces the lamp, W/m2
@@ -49,7 +52,7 @@ class RigLamp:
         if self.kind == "SUN":
             return self.irradiance
         squared = self.distance**2
-        if self.kind == "POINT":
+        if self.kind in {"POINT", "SPOT"}:
             return 4 * math.pi * squared * self.irradiance
         return self.irradiance * squared * (math.pi + self.sizes[0] * self.sizes[1])
 
@@ -88,8 +91,10 @@ def _add(collection: bpy.types.Collection, lamp: RigLamp, middle: np.ndarray) ->
     width, height = (size * lamp.distance for size in lamp.sizes)
     if lamp.kind == "SUN":
         data.angle = lamp.sizes[0]
-    elif lamp.kind == "POINT":
+    elif lamp.kind in {"POINT", "SPOT"}:
         data.shadow_soft_size = width / 2
+        if lamp.kind == "SPOT":
+            data.spot_size, data.spot_blend = _CONE, _FADING
     else:
         data.shape, data.size, data.size_y = "RECTANGLE", width, height
     made = bpy.data.objects.new(lamp.name, data)

@@ -34,8 +34,8 @@ def follows_light_linking() -> bool:
 
 
 def follows_world() -> bool:
-    """Whether some Diffraction group in the file reads the sources of worlds."""
-    return any(lights_of(group) == REST for group in diffraction_groups())
+    """Whether some Diffraction group that the file uses reads the sources of worlds."""
+    return any(group.users and lights_of(group) == REST for group in diffraction_groups())
 
 
 def linked_with_fewer_lamps(scene: bpy.types.Scene) -> list[str]:

@@ -12,6 +12,9 @@ KINDS = (
     ("SUN", "Sun", "One small sun: crisp, saturated colours"),
     ("STUDIO", "Studio", "A soft box, a weaker one from another side, and a weak fill beside the camera"),
     ("WINDOW", "Window", "One tall soft lamp, and a weak bounce from the other side"),
+    ("ORDERS", "Orders", "Up to three wide suns that show colour at the most places, as strong as the colours need"),
+    ("GRID", "Softbox with Grid", "A soft spot that lights the object and little of the ground, and a weak fill"),
+    ("FLASH", "Flash", "One small lamp beside the camera's lens, on the side that shows the most colour"),
     ("POINTS", "Two Points", "Two small point lamps, for a dark scene"),
 )
 

@@ -18,7 +18,10 @@ class RemoveGrating(bpy.types.Operator):
         return has_grating(cls, context)
 
     def execute(self, context):
+        from ..workflow.fitting_worlds import forget_unread_sources
+
         gratings = context.scene.natural_gratings
         gratings.items.remove(gratings.active_index)
         gratings.active_index = min(gratings.active_index, max(len(gratings.items) - 1, 0))
+        forget_unread_sources()
         return {"FINISHED"}

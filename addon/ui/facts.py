@@ -13,6 +13,7 @@ from pathlib import Path
 import bpy
 
 from ...precompute.base.failure import GratingError
+from ..blender import compat
 from ..blender.changes import STILL, change_count, seconds_until_still
 from ..blender.guard import guarded
 from ..blender.window import has_window, redraw_views
@@ -25,6 +26,7 @@ from ..lamps.find import brightest, instanced_lamps, lamps_of, unfollowed_featur
 from ..lamps.follow import followed_lamps, is_on
 from ..lamps.rendered_lamps import rendered
 from ..lamps.sky import fitted_frames, missed_share, source_count
+from ..lamps.sky_sun import sky_with_disc
 from ..materials.data_pictures import wrong_colours
 from ..materials.file_lights import follows_world, linked_with_fewer_lamps
 from ..materials.group_properties import is_diffraction, variation_of
@@ -58,6 +60,8 @@ class SceneFacts:
     lamps     the lamps that light the diffraction
     others    the lamps that are left out of it
     world     how the world lights it; empty if there is nothing to report
+    has_frames   whether the frames of an animated world are fitted
+    dark_disc    whether the engine draws the world's sky without its sun disc
     features  a line for each feature of a lamp that diffraction does not follow
     instanced names of lamps that only instances show
     wrong     a line for each cause of wrong colours"""
@@ -67,6 +71,8 @@ class SceneFacts:
     lamps: tuple[LampFact, ...] = ()
     others: tuple[LampFact, ...] = ()
     world: str = ""
+    has_frames: bool = False
+    dark_disc: bool = False
     features: tuple[str, ...] = ()
     instanced: tuple[str, ...] = ()
     wrong: tuple[str, ...] = ()
@@ -207,6 +213,8 @@ def _of_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> SceneFa
             for lamp, shown in zip(others, rendered(scene, others), strict=True)
         ),
         world=_world(scene),
+        has_frames=bool(fitted_frames(scene)),
+        dark_disc=scene.render.engine == compat.eevee_engine() and sky_with_disc(scene.world) is not None,
         features=tuple(unfollowed_features(scene, lamps) + linked_with_fewer_lamps(scene)),
         instanced=tuple(instanced_lamps(depsgraph)),
         wrong=tuple(wrong_colours(scene)),

@@ -6,6 +6,7 @@ from ..gratings.lights_choice import ALL, LAMPS_ONLY, LIGHTS, REST
 from ..gratings.wording import in_words, marked, translated
 from ..operators.add_diffraction_lamp import AddDiffractionLamp
 from ..operators.add_light_rig import AddLightRig
+from ..operators.add_sky_sun import AddSkySun
 from ..operators.choose_lights import ChooseLights
 from ..operators.count_lamp import CountLamp
 from ..operators.fit_frames import FitFrames
@@ -13,7 +14,7 @@ from ..operators.fit_world import FitWorld
 from ..operators.mend import MendMaterials
 from ..operators.why_black import WhyBlack
 from ..workflow.fitting_worlds import is_fitting, last_failure
-from .facts import ANIMATED, NOT_FITTED, Facts, LampFact
+from .facts import ANIMATED, NOT_FITTED, Facts, LampFact, SceneFacts
 from .notes import draw_note
 
 # The largest number of left-out lamps with a row of their own.
@@ -51,7 +52,10 @@ def draw_light(layout, context, grating, *, facts: Facts) -> None:
         )
         draw_note(column, context, more)
     if lights == REST and scene.world:
-        _draw_world(column, context, scene.world)
+        _draw_world(column, context, scene)
+    if scene.dark_disc:
+        draw_note(column, context, "In EEVEE the sky's sun lights only gratings", icon="INFO")
+        column.operator(AddSkySun.bl_idname, icon="LIGHT_SUN")
     if not scene.lamps and lights == LAMPS_ONLY:
         left_out = marked("All lamps are left out, so the diffraction is black")
         none = marked("The scene has no lamp, so the diffraction is black")
@@ -96,13 +100,16 @@ def _draw_lamp(column, lamp: LampFact, *, counts: bool, can_choose: bool) -> Non
     row.label(text=name, icon=_ICONS[lamp.kind], translate=False)
 
 
-def _draw_world(column, context, text: str) -> None:
+def _draw_world(column, context, scene: SceneFacts) -> None:
     """Draw how the scene's world lights the diffraction."""
+    text = scene.world
     if is_fitting():
         text = translated("finding its bright spots ...")
     draw_note(column, context, f"{context.scene.world.name}: {translated(text)}", icon="WORLD")
     if text == ANIMATED:
         column.operator(FitFrames.bl_idname, icon="RENDER_ANIMATION")
+    elif scene.has_frames:
+        column.operator(FitFrames.bl_idname, text="Fit Frames Again", icon="RENDER_ANIMATION")
     if text == NOT_FITTED:
         if (failure := last_failure(context.scene)) is not None:
             draw_note(column, context, in_words(failure), icon="ERROR")

@@ -10,24 +10,33 @@ import numpy as np
 from mathutils import Matrix, Vector
 
 from ...precompute.base.failure import GratingError
-from ...precompute.measure.light_directions import Chosen, Lamp, Preference, Radiance, Seen, two_best
+from ...precompute.measure.light_directions import (
+    Lamp,
+    Preference,
+    Radiance,
+    Seen,
+    colours_at,
+    covering,
+    two_best,
+)
 from ...precompute.table.atlas_file import read
 from ...precompute.table.radiance import Skin, lamp_radiance
 from ...precompute.table.table import Table
 from ..cameras.camera_look import skin_of
 from ..cameras.camera_rays import Pixels
-from ..cameras.seen_surfaces import Places, boxes_with_gratings, rays_that_hit, seen_by
+from ..cameras.seen_surfaces import boxes_with_gratings, rays_that_hit, seen_by
 from ..cameras.view_rays import seen_from
-from ..lamps.light_rig import POINTS, STUDIO, SUN, WINDOW, RigLamp, replace_rig
+from ..lamps.light_rig import FLASH, GRID, ORDERS, POINTS, STUDIO, SUN, WINDOW, RigLamp, replace_rig
 from ..materials.group_properties import variation_of
 from ..materials.group_users import on_objects
 from ..materials.material import linked_among
 from .adding_diffraction_lamps import shows_grating
 from .following_lamps import update_lamps
 from .restoring_bakes import bake_of, bake_shown_by
+from .rig_places import Lit, across, beside_camera, beside_lens, to_view
 
-# Rays that search the objects; patches that are scored; places from which shadows are sought.
-_RAYS, _PATCHES, _SHADOW_PLACES = 2000, 80, 12
+# Rays that search the objects; patches that are scored, and for Orders; places from which shadows are sought.
+_RAYS, _PATCHES, _MORE_PATCHES, _SHADOW_PLACES = 4000, 80, 240, 12
 # The side of a patch over the picture's width, within which an eye mixes colours, and the rays through a patch, over
 # its side.
 _PATCH = 1 / 300
@@ -46,16 +55,28 @@ _KEYS = {
     STUDIO: ("AREA", (0.16, 0.16)),
     WINDOW: ("AREA", (0.12, 0.24)),
     POINTS: ("POINT", (0.02, 0.02)),
+    ORDERS: ("SUN", (math.radians(4.5), math.radians(4.5))),
+    FLASH: ("AREA", (0.03, 0.03)),
+    GRID: ("SPOT", (0.14, 0.14)),
 }
 _FILL_SIZES = (0.2, 0.2)
 # The irradiance of further lamps, over the key's.
 _SECOND, _FILL, _BOUNCE = 0.4, 0.1, 0.15
+# The lamps of Orders, and the factors on the key's irradiance among which each is chosen; a dark skin's orders are
+# faint.
+# The albedo of the skin under a dielectric relief, which washes its colours out.
+_ORDERS = ("Order Light", "Second Order Light", "Third Order Light")
+_FACTORS, _UNDER = (0.5, 1.0, 2.0, 4.0, 8.0), 0.08
 # Inputs of a Diffraction node that turn its direction.
 _TURNING = ("Tangent", "Rotation")
 # The golden ratio's fraction, whose multiples are spread evenly.
 _GOLDEN = (math.sqrt(5) - 1) / 2
 # The length of shadow rays to a sun, m.
 _NO_END = 1e6
+
+
+# What a search for directions needs (light_directions.py).
+_Search = tuple[list[Seen], Lamp, Preference]
 
 
 @dataclass(frozen=True)
@@ -65,15 +86,6 @@ class Rig:
     kind: str = SUN
     strength: float = 1.0
     softness: float = 1.0
-
-
-@dataclass(frozen=True)
-class _Lit:
-    """What a rig lights: places that the camera sees, their middle in world space, and the radius of their objects."""
-
-    places: list[Places]
-    middle: np.ndarray
-    radius: float
 
 
 def add_light_rig(
@@ -88,18 +100,28 @@ def add_light_rig(
     pixels = seen_from(scene, depsgraph, view, from_view=from_view)
     if not objects:
         raise GratingError(f"scene {scene.name}", "no object shows a grating", "press Assign to Selected")
-    lit = _lit(scene, depsgraph, pixels, objects=objects)
+    patches = _MORE_PATCHES if rig.kind == ORDERS else _PATCHES
+    lit = _lit(scene, depsgraph, pixels, objects=objects, patches=patches)
     kind, sizes = _KEYS[rig.kind]
     key = RigLamp("Key", kind, _softer(sizes, rig.softness), pixels.up, _KEY, _FAR * lit.radius)
+    if rig.kind == FLASH and pixels.lens is not None:
+        key = replace(key, distance=float(np.linalg.norm(pixels.lens - lit.middle)))
     distance = math.inf if kind == "SUN" else key.distance
-    shadows = _Shadows(scene, depsgraph, lit, distance=distance)
+    seen = _seen(scene, lit, counts_under=rig.kind == ORDERS)
     lamp = Lamp(key.irradiance, key.variance, distance)
-    found = two_best(_seen(scene, lit), lamp, _preference(pixels, lit, shadows, distance=distance))
-    if found is None:
+    if rig.kind == FLASH:
+        lamps = [_flash(rig, key, seen, lamp, at=beside_lens(pixels, lit))]
+    else:
+        shadows = _Shadows(scene, depsgraph, lit, distance=distance)
+        if rig.kind == ORDERS:
+            lamps = _orders(rig, key, (seen, lamp, shadows.prefer))
+        else:
+            prefer = _preference(pixels, lit, shadows, distance=distance)
+            lamps = _lamps(rig, key, (seen, lamp, prefer), pixels=pixels, lit=lit)
+    if not lamps:
         raise GratingError(
             objects[0].name, "no lamp position shows its colours to the camera", "turn the object or the camera"
         )
-    lamps = _lamps(rig, key, found, pixels=pixels, lit=lit)
     added = replace_rig(scene, lamps, lit.middle)
     update_lamps(scene)
     names = [lamp.name for lamp in added]
@@ -114,15 +136,17 @@ def carriers(scene: bpy.types.Scene, active: bpy.types.Object | None) -> list[bp
 
 
 def _lit(
-    scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, pixels: Pixels, *, objects: Sequence[bpy.types.Object]
-) -> _Lit:
-    """What the picture shows of the gratings on these objects. Raises GratingError if that is nothing."""
+    scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, pixels: Pixels, *, objects: Sequence[bpy.types.Object],
+    patches: int,
+) -> Lit:  # fmt: skip
+    """What the picture shows of the gratings on these objects, at about so many patches. Raises GratingError if that is
+    nothing."""
     boxes = list(boxes_with_gratings(depsgraph, objects))
     window = pixels.window_of(boxes)
     at = np.zeros((0, 2)) if window is None else pixels.places(window, _RAYS)
     hit = rays_that_hit(scene, depsgraph, pixels.rays(at), things=objects)
     within = _PATCH * _IN_PATCH * (1, pixels.size[0] / pixels.size[1])
-    at = at[hit[:: max(1, len(hit) // _PATCHES)], None] + within
+    at = at[hit[:: max(1, len(hit) // patches)], None] + within
     found = seen_by(scene, depsgraph, pixels.rays(at.reshape(-1, 2)))
     found = [each for each in found if each.thing.original in objects]
     if not found:
@@ -130,7 +154,7 @@ def _lit(
         raise GratingError(objects[0].name, fault, "turn the camera to it, or check its UV map")
     corners = np.concatenate([_corners(*box) for box in boxes])
     radius = float(np.linalg.norm(corners.max(axis=0) - corners.min(axis=0))) / 2
-    return _Lit(found, np.concatenate([each.points for each in found]).mean(axis=0), max(radius, 1e-6))
+    return Lit(found, np.concatenate([each.points for each in found]).mean(axis=0), max(radius, 1e-6))
 
 
 def _corners(corners: np.ndarray, matrix: Matrix) -> np.ndarray:
@@ -139,13 +163,15 @@ def _corners(corners: np.ndarray, matrix: Matrix) -> np.ndarray:
     return corners @ world[:3, :3].T + world[:3, 3]
 
 
-def _seen(scene: bpy.types.Scene, lit: _Lit) -> list[Seen]:
-    """The places with what their gratings show. Raises GratingError if a bake is lost."""
+def _seen(scene: bpy.types.Scene, lit: Lit, *, counts_under: bool) -> list[Seen]:
+    """The places with what their gratings show, and if asked what lies under a dielectric. Raises GratingError if a
+    bake is lost."""
     tables = {group: _table_of(scene, group) for group in {each.node.node_tree for each in lit.places}}
     return [
         Seen(
             each.points - lit.middle, each.to_view, _turned(each.frames, _turn_of(each.node)),
             each.rays // len(_IN_PATCH), _radiance(tables[each.node.node_tree], skin_of(each.node)),
+            _UNDER if counts_under and not tables[each.node.node_tree].holds_reflectance else 0.0,
         )
         for each in lit.places
     ]  # fmt: skip
@@ -181,7 +207,7 @@ def _turned(frames: np.ndarray, most: float) -> np.ndarray:
 class _Shadows:
     """Which share of the seen places the scene's objects shade from a lamp."""
 
-    def __init__(self, scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, lit: _Lit, *, distance: float) -> None:
+    def __init__(self, scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, lit: Lit, *, distance: float) -> None:
         self._scene, self._depsgraph, self._distance = scene, depsgraph, distance
         points, normals = (
             np.concatenate(each) for each in zip(*((p.points, p.frames[:, 2]) for p in lit.places), strict=True)
@@ -194,6 +220,10 @@ class _Shadows:
     def clear(self, directions: np.ndarray) -> np.ndarray:
         """The share (m,), of the places that face a lamp in each of these directions (m, 3), to which it shines."""
         return np.array([self._share(direction) for direction in directions])
+
+    def prefer(self, directions: np.ndarray) -> np.ndarray:
+        """The weights (m,) of lamps in these directions (m, 3), which other objects hide or not."""
+        return _SHADED + (1 - _SHADED) * self.clear(directions)
 
     def _share(self, direction: np.ndarray) -> float:
         points = self._points[self._normals @ direction > 0]
@@ -215,26 +245,46 @@ class _Shadows:
         return hit and not thing.hide_render and thing.visible_shadow
 
 
-def _preference(pixels: Pixels, lit: _Lit, shadows: _Shadows, *, distance: float) -> Preference:
+def _preference(pixels: Pixels, lit: Lit, shadows: _Shadows, *, distance: float) -> Preference:
     """The weights of directions for a lamp: rather from above in the picture and from the side, so that it also lights
     the surface's own colour, not in the picture, and not behind other objects."""
-    to_view = _to_view(lit)
+    axis = to_view(lit)
     normals = np.concatenate([each.frames[:, 2] for each in lit.places])
 
     def prefer(directions: np.ndarray) -> np.ndarray:
         above = (1 + directions @ pixels.up) / 2
         weight = _BELOW + (1 - _BELOW) * above
-        weight = weight * (1 - (1 - _FLAT) * np.maximum(directions @ to_view, 0) ** 2)
+        weight = weight * (1 - (1 - _FLAT) * np.maximum(directions @ axis, 0) ** 2)
         weight = weight * (_DARK + (1 - _DARK) * np.maximum(directions @ normals.T, 0).mean(axis=1))
         if not math.isinf(distance):
             weight = weight * np.where(pixels.shows(lit.middle + distance * directions), _IN_PICTURE, 1.0)
-        return weight * (_SHADED + (1 - _SHADED) * shadows.clear(directions))
+        return weight * shadows.prefer(directions)
 
     return prefer
 
 
-def _lamps(rig: Rig, key: RigLamp, found: tuple[Chosen, Chosen], *, pixels: Pixels, lit: _Lit) -> list[RigLamp]:
-    """The lamps of a rig, with the key at the first direction found."""
+def _flash(rig: Rig, key: RigLamp, seen: list[Seen], lamp: Lamp, *, at: np.ndarray) -> RigLamp:
+    """The flash at the one of the directions (n, 3) that shows the most colour. The camera fixes its place, so it
+    stands there even if it shows none."""
+    best = int(np.argmax(colours_at(seen, at, lamp).mean(axis=1)))
+    return replace(key, name="Flash", to=at[best], irradiance=_KEY * rig.strength)
+
+
+def _orders(rig: Rig, key: RigLamp, search: _Search) -> list[RigLamp]:
+    """Wide suns that show colour at the most places; empty if no direction shows colour."""
+    seen, lamp, prefer = search
+    found = covering(seen, lamp, prefer, most=len(_ORDERS), factors=_FACTORS)
+    return [
+        replace(key, name=name, to=chosen.direction, irradiance=_KEY * rig.strength * factor)
+        for name, (chosen, factor) in zip(_ORDERS, found, strict=False)
+    ]
+
+
+def _lamps(rig: Rig, key: RigLamp, search: _Search, *, pixels: Pixels, lit: Lit) -> list[RigLamp]:
+    """The lamps of a rig, with the key at the best direction; empty if no direction shows colour."""
+    found = two_best(*search)
+    if found is None:
+        return []
     first, second = (each.direction for each in found)
     key = replace(key, to=first, irradiance=_KEY * rig.strength)
     soft = _softer(_FILL_SIZES, rig.softness)
@@ -245,10 +295,13 @@ def _lamps(rig: Rig, key: RigLamp, found: tuple[Chosen, Chosen], *, pixels: Pixe
     if rig.kind == STUDIO:
         return [
             replace(key, name="Soft Box"), further("Second Soft Box", second, _SECOND),
-            further("Fill", _beside_camera(pixels, lit, first), _FILL, sizes=soft),
+            further("Fill", beside_camera(pixels, lit, first), _FILL, sizes=soft),
         ]  # fmt: skip
     if rig.kind == WINDOW:
-        return [replace(key, name="Window"), further("Bounce", _across(pixels, lit, first), _BOUNCE, sizes=soft)]
+        return [replace(key, name="Window"), further("Bounce", across(pixels, lit, first), _BOUNCE, sizes=soft)]
+    if rig.kind == GRID:
+        fill = further("Fill", beside_camera(pixels, lit, first), _FILL)
+        return [replace(key, name="Gridded Soft Box"), fill]
     if rig.kind == POINTS:
         return [replace(key, name="First Point"), further("Second Point", second, 1.0)]
     return [replace(key, name="Rig Sun")]
@@ -256,34 +309,3 @@ def _lamps(rig: Rig, key: RigLamp, found: tuple[Chosen, Chosen], *, pixels: Pixe
 
 def _softer(sizes: tuple[float, float], factor: float) -> tuple[float, float]:
     return sizes[0] * factor, sizes[1] * factor
-
-
-def _to_view(lit: _Lit) -> np.ndarray:
-    """The unit vector (3,) from the middle to the viewer."""
-    mean = np.concatenate([each.to_view for each in lit.places]).mean(axis=0)
-    return mean / max(np.linalg.norm(mean), 1e-9)
-
-
-def _beside_camera(pixels: Pixels, lit: _Lit, key: np.ndarray) -> np.ndarray:
-    """The direction of a fill: from above the camera and beside it, on the side away from the key."""
-    side = -1.0 if key @ pixels.right > 0 else 1.0
-    return _above_floor(_to_view(lit) + 0.4 * side * pixels.right + 0.3 * pixels.up)
-
-
-def _across(pixels: Pixels, lit: _Lit, key: np.ndarray) -> np.ndarray:
-    """The direction of a bounce: the key's, mirrored to the other side of the picture, at least 40 degrees from its
-    middle."""
-    across = key @ pixels.right
-    side = -1.0 if across > 0 else 1.0
-    level = key - across * pixels.right
-    level = level / max(np.linalg.norm(level), 1e-9)
-    least = math.sin(math.radians(40))
-    across = max(abs(across), least)
-    return _above_floor(side * across * pixels.right + math.sqrt(max(1 - across**2, 0.0)) * level)
-
-
-def _above_floor(direction: np.ndarray) -> np.ndarray:
-    """A unit vector (3,) near a direction, at least 5 degrees above the horizon."""
-    direction = direction / max(np.linalg.norm(direction), 1e-9)
-    raised = np.array([*direction[:2], max(direction[2], math.sin(math.radians(5)))])
-    return raised / np.linalg.norm(raised)

@@ -99,6 +99,16 @@ def drop_stale_sources(scene: bpy.types.Scene) -> str:
     return now if follows_world() else ""
 
 
+def forget_unread_sources() -> None:
+    """Drop the sources of all scenes if nothing in the file reads them any more, and stop a fit for them."""
+    if follows_world():
+        return
+    stop_fitting()
+    for scene in bpy.data.scenes:
+        if scene.library is None:
+            forget_sources(scene)
+
+
 def _frames_fit(scene: bpy.types.Scene) -> bool:
     """Whether the scene's world is animated as when its frames were fitted, as far as the present frame shows."""
     from ..worlds.fingerprint import fingerprint

@@ -5,6 +5,7 @@ import bpy
 
 from ..materials.material import diffraction_nodes, remove_diffraction
 from .chosen_meshes import check_can_change
+from .fitting_worlds import forget_unread_sources
 from .material_slots import Selection, take_replaced, was_replaced
 
 
@@ -12,7 +13,8 @@ def remove_from(objects: list[bpy.types.Object]) -> str:
     """Remove diffraction from all materials of the objects, and from no other object. Returns a line to report.
 
     A slot with a grating's own material gets its former material back. Any other material loses its diffraction. If
-    something else uses that material too, the objects get a copy without diffraction.
+    something else uses that material too, the objects get a copy without diffraction. The sources of worlds go with the
+    last material that reads them.
 
     Raises GratingError, with nothing changed, if an object is linked from another file."""
     found = [(o, index) for o in objects for index in slots_with_diffraction(o)]
@@ -39,6 +41,7 @@ def remove_from(objects: list[bpy.types.Object]) -> str:
                 remove_diffraction(plain[material])
                 lines.append(f"other objects keep {material.name}; here it is {plain[material].name}")
             selection.put(thing, index, plain[material])
+    forget_unread_sources()
     return "; ".join(lines)
 
 

@@ -7,7 +7,7 @@ the patches which the viewer sees would show under a lamp there. The best candid
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -27,6 +27,10 @@ AZIMUTH_APART, _APART = math.radians(40), math.radians(25)
 _MIDDLE, _GLARE = 0.5, 0.3
 # The least score of a second direction, over that of the best.
 _WORTHWHILE = 0.1
+# The colour (colour_of) from which on a patch of a light hue counts as coloured.
+_CLEAR = 0.1
+# The luminance of linear Rec.709, and the weight of a hue without any, where white has 1.
+_LUMINANCE, _DARK_HUE = np.array((0.2126, 0.7152, 0.0722)), 0.15
 # Candidates times places that are scored at once, so that arrays stay below 10 MB.
 _AT_ONCE = 1 << 16
 # Radiance in linear RGB (n, 3) towards wr (n, 3) under lamps at wi (n, 3), unit vectors along (T, B, N), of irradiance
@@ -42,13 +46,15 @@ class Seen:
     to_view   (n, 3), unit vectors to the viewer
     frames    (n, 3, 3), the unit vectors T, B, N of each place
     patches   (n,), ascending numbers: the viewer sees places of one number as one spot, the mean of their light
-    radiance  what the surface shows under a lamp"""
+    radiance  what the surface shows under a lamp
+    under     the albedo of the diffuse surface under the relief, whose light washes the colours out"""
 
     points: np.ndarray
     to_view: np.ndarray
     frames: np.ndarray
     patches: np.ndarray
     radiance: Radiance
+    under: float = 0.0
 
     @property
     def first_of_patch(self) -> np.ndarray:
@@ -106,11 +112,52 @@ def two_best(seen: Sequence[Seen], lamp: Lamp, prefer: Preference) -> tuple[Chos
     return None
 
 
+def covering(
+    seen: Sequence[Seen], lamp: Lamp, prefer: Preference, *, most: int, factors: Sequence[float]
+) -> list[tuple[Chosen, float]]:
+    """Up to `most` directions whose lamps together make the viewer see colour at the most patches, each with the one of
+    the factors on the lamp's irradiance that serves this best. Empty if no direction shows colour.
+
+    A patch counts by its share of a clear colour, so a further band counts more than a brighter one, and a patch that
+    is burnt to white counts against the lamp. Each lamp is the best addition to those before it, and the last that is
+    chosen adds a tenth of the first."""
+    everywhere = fibonacci_sphere(CANDIDATES)
+    candidates = everywhere[everywhere[:, 2] > math.sin(_LOWEST_ELEVATION)]
+    coarse = replace(lamp, variance=max(lamp.variance, CELL_VARIANCE))
+    light, weights = light_at(seen, candidates, coarse), prefer(candidates)
+    sum_of, gain = np.zeros(light.shape[1:]), 0.0
+    found: list[tuple[Chosen, float]] = []
+    while len(found) < most:
+        before = _covered(sum_of)
+        gains = np.stack([_covered(sum_of + factor * light) - before for factor in factors]) * weights
+        level, best = divmod(int(np.argmax(gains)), len(candidates))
+        if gains[level, best] <= _WORTHWHILE * gain:
+            break
+        gain = gain or float(gains[level, best])
+        added = factors[level] * light[best]
+        sum_of = sum_of + added
+        found.append((Chosen(candidates[best], float(colour_of(added).mean())), factors[level]))
+    return found
+
+
+def _covered(rgb: np.ndarray) -> np.ndarray:
+    """The share of patches that show a clear colour, of linear RGB (..., n, 3). A dark hue counts less: the eye sees a
+    green or a gold better than a violet of the same components."""
+    shown = 1 - np.exp(-rgb / _MIDDLE)
+    lightness = shown @ _LUMINANCE / np.maximum(shown.max(axis=-1), 1e-30)
+    return np.minimum(colour_of(rgb) / _CLEAR * (_DARK_HUE + (1 - _DARK_HUE) * lightness), 1).mean(axis=-1)
+
+
 def colours_at(seen: Sequence[Seen], directions: np.ndarray, lamp: Lamp) -> np.ndarray:
     """The colour (m, n) that each of all n patches shows under a lamp in each of m directions."""
+    return colour_of(light_at(seen, directions, lamp))
+
+
+def light_at(seen: Sequence[Seen], directions: np.ndarray, lamp: Lamp) -> np.ndarray:
+    """The linear RGB (m, n, 3) that each of all n patches shows under a lamp in each of m directions."""
     rows = max(1, _AT_ONCE // max(sum(len(each.points) for each in seen), 1))
     parts = [directions[start : start + rows] for start in range(0, len(directions), rows)]
-    return np.concatenate([np.concatenate([_colours(each, part, lamp) for each in seen], axis=1) for part in parts])
+    return np.concatenate([np.concatenate([_light(each, part, lamp) for each in seen], axis=1) for part in parts])
 
 
 def are_apart(directions: np.ndarray, first: np.ndarray) -> np.ndarray:
@@ -125,8 +172,8 @@ def fibonacci_sphere(count: int) -> np.ndarray:
     return _spiral(1 - (2 * np.arange(count) + 1) / count)
 
 
-def _colours(seen: Seen, directions: np.ndarray, lamp: Lamp) -> np.ndarray:
-    """The colours (m, n) of one surface's patches."""
+def _light(seen: Seen, directions: np.ndarray, lamp: Lamp) -> np.ndarray:
+    """The linear RGB (m, n, 3) of one surface's patches."""
     if math.isinf(lamp.distance):
         wi = np.einsum("nij,mj->mni", seen.frames, directions)
         nearness = np.ones(wi.shape[:2])
@@ -141,9 +188,10 @@ def _colours(seen: Seen, directions: np.ndarray, lamp: Lamp) -> np.ndarray:
     if lit.any():
         near = nearness[lit]
         rgb[lit] = seen.radiance(wi[lit], wr[lit], lamp.irradiance * near, lamp.variance * near)
+        rgb[lit] += (seen.under / math.pi * lamp.irradiance * near * wi[lit][:, 2])[:, None]
     first = seen.first_of_patch
     places = np.diff(first, append=len(seen.points))
-    return colour_of(np.add.reduceat(rgb, first, axis=1) / places[:, None])
+    return np.add.reduceat(rgb, first, axis=1) / places[:, None]
 
 
 def colour_of(rgb: np.ndarray) -> np.ndarray:

@@ -18,7 +18,7 @@ from precompute.table import atlas, atlas_file
 from .lamp_scenes import add_grating
 
 PIXELS = 48
-KINDS = ["SUN", "STUDIO", "WINDOW", "POINTS"]
+KINDS = ["SUN", "STUDIO", "WINDOW", "POINTS", "GRID"]
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +55,7 @@ def test_it_shows_more_colour_than_the_panels_sun(stage, cube, engine):
     bpy.ops.grating.add_sun()
     before = colour(stage, engine)
     bpy.data.objects.remove(bpy.data.objects["Sun"])
-    for kind in KINDS:
+    for kind in (*KINDS, "ORDERS"):
         assert bpy.ops.grating.light_rig(kind=kind) == {"FINISHED"}
         after = colour(stage, engine)
         print(f"{engine} {kind}: {after:.4f}, the panel's sun {before:.4f}")

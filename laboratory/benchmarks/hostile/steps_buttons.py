@@ -160,6 +160,7 @@ BUTTONS: dict[str, tuple[int, Callable[[Hand], Arguments]]] = {
     "mend": (3, _none),
     "adopt": (3, _none),
     "add_sun": (2, _none),
+    "add_sky_sun": (1, _none),
     "add_diffraction_lamp": (3, _diffraction_lamp),
     "light_rig": (3, lambda hand: {"kind": hand.item("light_rig", "kind"), "softness": hand.random.choice((0.1, 1.0))}),
     "add_snake": (1, _snake),

@@ -17,6 +17,7 @@ KINDS = {
     "STUDIO": ["Soft Box", "Second Soft Box", "Fill"],
     "WINDOW": ["Window", "Bounce"],
     "POINTS": ["First Point", "Second Point"],
+    "GRID": ["Gridded Soft Box", "Fill"],
 }
 # Visible wavelengths over the period of 500 nm of the scan, each widened by a cell of the candidates, 0.052.
 U_LOW, U_HIGH = 380 / 500 - 0.052, 720 / 500 + 0.052
@@ -95,7 +96,7 @@ def grey(lamp, middle=(0.0, 0.0, 0.0)) -> float:
     data, squared = lamp.data, (lamp.location - Vector(middle)).length_squared
     if data.type == "SUN":
         irradiance = data.energy
-    elif data.type == "POINT":
+    elif data.type in {"POINT", "SPOT"}:
         irradiance = data.energy / (4 * math.pi * squared)
     else:
         irradiance = data.energy / (math.pi * squared + data.size * data.size_y)
@@ -113,6 +114,44 @@ def test_the_key_exposes_grey(lit, kind):
     assert grey(rig()[KINDS[kind][0]]) == pytest.approx(0.4, rel=0.05)
     bpy.ops.grating.light_rig(kind=kind, strength=3.0)
     assert grey(rig()[KINDS[kind][0]]) == pytest.approx(1.2, rel=0.05)
+
+
+def test_orders_are_lit_by_wide_suns_where_the_grating_equation_says(lit):
+    """Each lamp of the plane shows a first order. A wide sun is 4.5 degrees wide; a factor of the key is at most 8."""
+    bpy.ops.grating.light_rig(kind="ORDERS", strength=0.5)
+    lamps = list(rig().values())
+    assert lamps[0].name == "Order Light"
+    for lamp in lamps:
+        assert lamp.data.type == "SUN" and math.degrees(lamp.data.angle) == pytest.approx(4.5)
+        assert U_LOW <= abs(to_lamp(lamp)[0]) <= U_HIGH
+        factor = lamp.data.energy / (0.5 * 0.8 * math.pi)
+        assert min(abs(math.log2(factor) - power) for power in (-1, 0, 1, 2, 3)) < 1e-3
+
+
+def test_a_flash_stands_beside_the_lens_on_the_side_of_the_colours(lit):
+    """From a camera at 30 degrees, a flash at its right or left has u = sin(30) + sin(38) = 1.12 or sin(30) + sin(22) =
+    0.87, both in the order's 0.76 to 1.44 and with v = 0. Above the lens v is not 0."""
+    camera = bpy.context.scene.camera
+    for tilt in (30, -30):
+        camera.location = 10 * Vector((math.sin(math.radians(tilt)), 0, math.cos(math.radians(tilt))))
+        camera.rotation_euler = (0, math.radians(tilt), 0)
+        bpy.context.view_layer.update()
+        bpy.ops.grating.light_rig(kind="FLASH")
+        (flash,) = rig().values()
+        middle = flash.location - flash.matrix_world.to_3x3().normalized().col[2] * camera.location.length
+        angle = (flash.location - middle).angle(camera.location - middle)
+        assert math.degrees(angle) == pytest.approx(8, abs=0.2)
+        assert abs(flash.location.y) < 0.1
+
+
+def test_a_grid_lights_the_object_and_not_the_ground_beside_it(lit):
+    """The object's edge is at atan(1 / 4) = 14 degrees, within the full light. From 20 degrees on there is none."""
+    bpy.ops.grating.light_rig(kind="GRID")
+    spot = rig()["Gridded Soft Box"].data
+    outer = math.cos(spot.spot_size / 2)
+    full = math.degrees(math.acos(outer + (1 - outer) * spot.spot_blend))
+    assert spot.type == "SPOT" and math.degrees(math.atan(1 / 4)) < full < 18
+    assert math.degrees(spot.spot_size / 2) == pytest.approx(20)
 
 
 def test_softness_scales_the_lamps(lit):

@@ -172,3 +172,29 @@ def test_a_forged_record_does_no_harm(addon, scene, sky, text):
     addon.fitting_worlds.drop_stale_sources(scene)
     assert addon.sky.source_count(scene) == (2 if text in ("1:", "4") else 0)
     assert addon.fitting_worlds.unfitted_world(scene) or text == "4"
+
+
+def test_the_panel_offers_to_fit_them_again(addon, scene, sky, grating):
+    import bpy
+
+    from tests.addon.layout import Layout, context_of
+
+    assert bpy.ops.grating.fit_frames() == {"FINISHED"}
+    layout, context = Layout(), context_of()
+    addon.light_part.draw_light(layout, context, grating, facts=addon.facts.facts_of(context))
+    assert layout.operators.count("grating.fit_frames") == 1
+
+
+def test_its_keys_go_with_the_last_grating(addon, scene, sky):
+    """A grating in the list shows the world again once it is assigned, and so does a material."""
+    import bpy
+
+    assert bpy.ops.grating.fit_frames() == {"FINISHED"}
+    bpy.ops.grating.remove_diffraction()
+    assert addon.sky.notes_frames(scene)
+    bpy.data.batch_remove(list(bpy.data.materials))
+    assert addon.sky.notes_frames(scene)
+    while scene.natural_gratings.items:
+        bpy.ops.grating.remove()
+    assert not [key for key, _ in scene.items() if key.startswith("ng_world")]
+    assert not (scene.animation_data and scene.animation_data.action)

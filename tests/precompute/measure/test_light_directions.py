@@ -19,6 +19,7 @@ from precompute.measure.light_directions import (
     are_apart,
     colour_of,
     colours_at,
+    covering,
     fibonacci_sphere,
     two_best,
 )
@@ -208,3 +209,35 @@ def test_colour_fades_to_white():
     ratios = np.array([1.0, 0.5, 0.3])
     dim, bright = colour_of(np.stack([ratios, 3 * ratios]))
     assert dim > bright
+
+
+def tilted(radiance, degrees, **more):
+    """Places on a plane that is tilted about Y, seen from above."""
+    sine, cosine = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))
+    frame = np.array([(cosine, 0, -sine), (0, 1, 0), (sine, 0, cosine)])
+    count = 20
+    return Seen(
+        np.zeros((count, 3)), np.tile((0.0, 0.0, 1.0), (count, 1)), np.tile(frame, (count, 1, 1)), np.arange(count),
+        radiance, **more,
+    )  # fmt: skip
+
+
+def test_several_lamps_cover_surfaces_that_one_leaves_without_colour():
+    """Two planes, 70 degrees apart: the u of one lamp differs by more than an order's width of 0.21 between them."""
+    planes = [tilted(ideal, 35), tilted(ideal, -35)]
+    found = covering(planes, SUN, evenly, most=3, factors=(1.0,))
+    lit = np.stack([colours_at(planes, chosen.direction[None], SUN)[0] for chosen, _ in found]) > 0.02
+    assert lit.any(axis=0).all()
+    assert not lit[0].all()
+
+
+def test_the_strength_is_what_the_colours_need():
+    """A faint order gets the strongest lamp. On a surface as white as paper the weakest: a stronger one would burn the
+    paper out, pi * 0.9 / pi = 0.9 at a factor of 1."""
+    faint = covering([tilted(lambda *given: 0.01 * ideal(*given), 0)], SUN, evenly, most=1, factors=(1.0, 2.0, 4.0))
+    paper = covering([tilted(ideal, 0, under=0.9)], SUN, evenly, most=1, factors=(1.0, 2.0, 4.0))
+    assert (faint[0][1], paper[0][1]) == (4.0, 1.0)
+
+
+def test_no_lamp_where_nothing_shows_colour():
+    assert covering([tilted(lambda wi, wr, *_: np.zeros(wi.shape), 0)], SUN, evenly, most=3, factors=(1.0,)) == []
