@@ -65,14 +65,16 @@ class Sun:
     angle_deg: float
 
 
-# Xenopeltis diffracts across the body, Elaphe along it. So the strongest sun stands opposite the camera, across the
-# long straight runs or at an angle to them. The second, near the camera, shows the skin; the third lights the bends.
+# The first two suns of Xenopeltis stand at the ends of its long runs: there *Light Rig > Orders* finds the most places
+# that show an order, away from the lamps' white images. The third, near the camera, shows the skin, and the last gives
+# white sparks. Elaphe diffracts along the body, so its strongest sun stands at an angle to the long runs; the second,
+# near the camera, shows the skin; the third lights the bends.
 SUNS = {
     "XENOPELTIS": (
-        Sun(92.0, 29.0, 26.0, 4.0),
-        Sun(262.0, 50.0, 7.0, 3.0),
-        Sun(150.0, 35.0, 9.0, 5.0),
-        Sun(60.0, 22.0, 10.0, 5.0),
+        Sun(-4.0, 27.0, 24.0, 4.5),
+        Sun(185.0, 14.0, 12.0, 4.5),
+        Sun(262.0, 50.0, 4.5, 3.0),
+        Sun(92.0, 29.0, 9.0, 4.0),
     ),
     "ELAPHE": (Sun(128.0, 30.0, 12.0, 1.5), Sun(250.0, 58.0, 3.0, 1.5), Sun(52.0, 35.0, 8.0, 2.0)),
 }

@@ -22,8 +22,8 @@ from sample_scenes.demo import LASER, REAL_SCANS, SCANS, Stopwatch, render_scene
 WITHOUT_SUNS = {"room", "shed"}
 WORLDS = ("studio", "sky", "overcast", "room", "area")
 # Each scale shows one of two reliefs. The direction turns slowly, in patches of 15 mm.
-_OTHER_PLATES = {"sample:xenopeltis": 0.45}
-_VARIED = ("--by", "scale_random", "--turn", "7", "--size-mm", "15")
+_OTHER_PLATES = {"sample:xenopeltis": 0.35}
+_VARIED = ("--by", "scale_random", "--turn", "4", "--size-mm", "15")
 # The foil has tracks of a disc, in the metal and the lacquer of a real foil.
 _FOIL_MATTER = str(read_preset("silver_foil").request.matter)
 

@@ -102,7 +102,7 @@ def _xenopeltis(tree: Tree) -> Value:
     sides, here and there broken; a white belly."""
     skin = _Skin(tree)
     side = skin.step(skin.around, 0.15, 0.65)
-    plate = skin.blend(side, (0.034, 0.0165, 0.0095), (0.080, 0.036, 0.020))
+    plate = skin.blend(side, (0.034, 0.0175, 0.0100), (0.080, 0.037, 0.021))
     plate = plate * (skin.random * 0.6 + 0.7) * (skin.noise(9.0) * 0.9 + 0.55)
     rim = skin.blend(side, (0.10, 0.070, 0.052), (0.40, 0.30, 0.22))
     pale = skin.step(skin.around + skin.random * 0.05, 0.60, 0.72)
