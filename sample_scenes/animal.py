@@ -22,7 +22,7 @@ if not __package__:  # `blender --python` runs this file as a script
 from precompute.cli.option_types import count
 from precompute.cli.parser import OneLineParser
 
-from .sets import SETS, STOPS_LESS, add_set
+from .sets import SETS, add_set, stops
 from .stage import add_object, clean_scene, light_by_sky, surround_by
 from .studio import Towards, add_camera, add_key, settings, wrap_in_dusk
 
@@ -125,7 +125,7 @@ def build(
         wrap_in_dusk(scene, 0.06 if view.light == "suns" else 0.01)
     camera = add_camera(scene, view.camera, view.target, view.lens_mm)
     settings(scene)
-    scene.view_settings.exposure = view.exposure - STOPS_LESS.get(ground, 0.0)
+    scene.view_settings.exposure = view.exposure + stops(scene, ground)
     if view == VIEWS["turntable"]:
         turn_camera(camera, view.target)
 

@@ -113,10 +113,9 @@ def _colours(depth: np.ndarray, flat: np.ndarray, seed: int) -> np.ndarray:
 
 def _material() -> bpy.types.Material:
     """The colours of the mesh, with a fine grain as bumps."""
-    material = plain_material("Cork Bark", tuple(_PALE), roughness=0.9)
+    material = plain_material("Cork Bark", tuple(_PALE), 0.9, specular=0.15)
     nodes, links = material.node_tree.nodes, material.node_tree.links
     shader = nodes["Principled BSDF"]
-    shader.inputs["Specular IOR Level"].default_value = 0.15
     colour, grain, where, squeezed, bump = (
         nodes.new(f"ShaderNode{kind}") for kind in ("VertexColor", "TexNoise", "TexCoord", "VectorMath", "Bump")
     )

@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 
 from .bark import Placed, add_bark
-from .lookdev import add_plate
+from .lookdev import add_plate, stops_for_grey
 from .noise import fractal_noise
 from .soil import add_soil
 from .terrarium import CORNER, add_corner
@@ -23,6 +23,11 @@ _SOILED = (0.42, 0.38, 0.33)
 def add_set(scene: bpy.types.Scene, name: str, snake: bpy.types.Object, species: str) -> None:
     """Add the set of this name around a snake of this species that lies on the floor z = 0."""
     SETS[name](scene, snake, species)
+
+
+def stops(scene: bpy.types.Scene, name: str) -> float:
+    """How many stops more the camera should expose for this set than for soil, once the lamps are there."""
+    return stops_for_grey(scene) if name == "turntable" else 0.0
 
 
 def _soil(scene: bpy.types.Scene, snake: bpy.types.Object, _: str) -> None:
@@ -43,8 +48,6 @@ def _plate(scene: bpy.types.Scene, *_: object) -> None:
     add_plate(scene)
 
 
-# Stops by which a picture of the set is exposed less, because the set is brighter than soil.
-STOPS_LESS = {"turntable": 2.0}
 SETS = {"soil": _soil, "shed": _shed, "terrarium": _terrarium, "turntable": _plate}
 
 

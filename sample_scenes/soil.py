@@ -157,21 +157,14 @@ def _add_fibres(scene: bpy.types.Scene, ground: Ground, rng: np.random.Generator
     index = np.arange(points.size // 3).reshape(points.shape[:3])
     turned = np.roll(index, -1, axis=2)
     quads = np.stack([index[:, :-1], turned[:, :-1], turned[:, 1:], index[:, 1:]], axis=-1)
-    material = _matt("Fibre", _FIBRE_COLOUR)
+    material = plain_material("Fibre", _FIBRE_COLOUR, 1.0, specular=0.0)
     fibres = add_surface(scene, "Soil Fibres", points.reshape(-1, 3), faces=quads.reshape(-1, 4), material=material)
     fibres.data.shade_smooth()
 
 
-def _matt(name: str, colour: tuple[float, float, float]) -> bpy.types.Material:
-    """A material without a mirror image."""
-    material = plain_material(name, colour, roughness=0.95)
-    material.node_tree.nodes["Principled BSDF"].inputs["Specular IOR Level"].default_value = 0.0
-    return material
-
-
 def _crumb_material() -> bpy.types.Material:
     """A matt material that gives each instance its own colour."""
-    material = _matt("Crumb", SOIL_DARK)
+    material = plain_material("Crumb", SOIL_DARK, 1.0, specular=0.0)
     nodes, links = material.node_tree.nodes, material.node_tree.links
     shader = nodes["Principled BSDF"]
     instance, damp, darker, shade, ramp = (
@@ -197,7 +190,7 @@ def _crumb_material() -> bpy.types.Material:
 
 def _bumps(name: str, light: tuple[float, float, float]) -> bpy.types.Material:
     """Crumbs as colour and bumps: Voronoi cells of two sizes, distorted by noise."""
-    material = _matt(name, SOIL_DARK)
+    material = plain_material(name, SOIL_DARK, 1.0, specular=0.0)
     nodes, links = material.node_tree.nodes, material.node_tree.links
     shader = nodes["Principled BSDF"]
     noise, ramp, bump, where, moved, height = (

@@ -37,8 +37,7 @@ def add_corner(scene: bpy.types.Scene, corner: Walls = CORNER) -> None:
     upright = [(x, y), (x + s, y), (x, y - s)]
     points = [(*place, z) for z in (low, high) for place in upright]
     add_surface(scene, "Seal", points, faces=_PRISM, material=silicone)
-    table = plain_material("Table", (0.05, 0.043, 0.037), 1.0)
-    table.node_tree.nodes["Principled BSDF"].inputs["Specular IOR Level"].default_value = 0.0
+    table = plain_material("Table", (0.05, 0.043, 0.037), 1.0, specular=0.0)
     points = [(-4, -4, low), (4, -4, low), (4, 4, low), (-4, 4, low)]
     add_surface(scene, "Table", points, faces=[(0, 1, 2, 3)], material=table)
 

@@ -136,6 +136,17 @@ def test_both_engines_show_a_set(scene, name, tmp_path, monkeypatch):
     np.testing.assert_allclose(eevee.mean(axis=(0, 1)), cycles.mean(axis=(0, 1)), rtol=0.3)
 
 
+def test_the_plate_is_exposed_as_grey(scene, tmp_path):
+    """At the exposure of the plate's set, the open plate is 18 % grey in the picture."""
+    build(scene, "turntable", "turntable")
+    for name in ("Snake", "Colours"):
+        bpy.data.objects.remove(bpy.data.objects[name])
+    cycles, _ = pictures(scene, tmp_path)
+    shown = cycles[14:24, 26:38].mean() * 2**scene.view_settings.exposure
+    # The dusk, which the exposure leaves out, adds at most pi * 0.06 = 0.19 W/m2 to the suns' 13.9 W/m2.
+    assert shown == pytest.approx(0.18, rel=0.03)
+
+
 def test_light_goes_through_a_pane_and_is_a_little_green(scene, tmp_path):
     clean_scene()
     scene.camera = add_camera(scene, Towards(-90.0, 0.0, 1.0), (0.0, 0.165, 0.05), 200.0)
