@@ -22,7 +22,7 @@ if not __package__:  # `blender --python` runs this file as a script
 from precompute.cli.option_types import count
 from precompute.cli.parser import OneLineParser
 
-from .sets import SETS, STOPS_LESS, add_set
+from .sets import SETS, add_set, stops
 from .stage import add_object, clean_scene, light_by_sky, surround_by
 from .studio import Towards, add_camera, add_key, settings, wrap_in_dusk
 
@@ -32,14 +32,15 @@ TURNTABLE_FRAMES = 48
 
 @dataclass(frozen=True)
 class View:
-    """A view of the animal: camera, target, lens, light (suns, one sun, sky or a room's panorama), and exposure in
-    stops."""
+    """A view of the animal: camera, target, lens, light (suns, one sun, sky or a room's panorama), exposure in stops,
+    and the set on which the animal lies."""
 
     camera: Towards
     target: tuple[float, float, float]
     lens_mm: float
     light: str = "suns"
     exposure: float = 0.0
+    ground: str = "soil"
 
 
 _LOOPS = (-0.03, -0.045, 0.015)
@@ -50,7 +51,7 @@ VIEWS = {
     # As in the thesis: seen from straight above, under one small sun at an angle to the body.
     "close": View(Towards(-90.0, 89.0, 0.40), (-0.01, -0.030, 0.022), 260.0, light="one sun"),
     "room": View(Towards(-95.0, 43.0, 0.42), _LOOPS, 50.0, light="room", exposure=1.3),
-    "terrarium": View(Towards(-62.0, 25.0, 0.74), (-0.05, 0.03, 0.04), 50.0),
+    "terrarium": View(Towards(-62.0, 25.0, 0.74), (-0.05, 0.03, 0.04), 50.0, ground="terrarium"),
     "turntable": View(Towards(-90.0, 38.0, 0.75), (0.0, -0.02, 0.01), 52.0),
 }
 
@@ -110,9 +111,10 @@ def _keep_pace(animation) -> None:
 
 
 def build(
-    scene: bpy.types.Scene, view: View, species: str, *, faces: int, panorama: Path | None, ground: str = "soil"
+    scene: bpy.types.Scene, view: View, species: str, *, faces: int, panorama: Path | None, ground: str | None = None
 ) -> None:
-    """Add snake, light, camera and the set `ground`."""
+    """Add snake, light, camera and the set `ground`, by default the view's own."""
+    ground = ground or view.ground
     bpy.ops.grating.add_snake(species=species, pose="RESTING", length_m=1.0, faces=faces)
     bpy.context.object.name = "Snake"
     add_set(scene, ground, bpy.context.object, species)
@@ -130,7 +132,7 @@ def build(
         wrap_in_dusk(scene, 0.20 if view.light == "suns" else 0.01)
     camera = add_camera(scene, view.camera, view.target, view.lens_mm)
     settings(scene)
-    scene.view_settings.exposure = view.exposure - STOPS_LESS.get(ground, 0.0)
+    scene.view_settings.exposure = view.exposure + stops(scene, ground)
     if view == VIEWS["turntable"]:
         turn_camera(camera, view.target)
 
@@ -142,7 +144,7 @@ def main(argv: list[str]) -> None:
     parser.add_argument("--species", choices=SPECIES, default=SPECIES[0])
     parser.add_argument("--faces", type=count(11_000, 1_000_000), default=200_000)
     parser.add_argument("--panorama", type=Path, metavar="FILE.exr", help="of the room, for the view of that name")
-    parser.add_argument("--set", choices=list(SETS), default="soil", help="what the snake lies on")
+    parser.add_argument("--set", choices=list(SETS), help="what the snake lies on; default: the view's own")
     arguments = parser.parse_args(argv)
     view = VIEWS[arguments.view]
     if view.light == "room" and not (arguments.panorama and arguments.panorama.is_file()):

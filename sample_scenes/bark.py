@@ -14,11 +14,11 @@ from .snake import plain_material
 from .stage import add_surface
 
 _COLOURS = (
-    (0.03, 0.013, 0.007), (0.2, 0.108, 0.048), (0.36, 0.22, 0.1), (0.18, 0.15, 0.12), (0.14, 0.062, 0.026),
-    (0.13, 0.065, 0.03),
+    (0.018, 0.008, 0.0045), (0.125, 0.066, 0.029), (0.23, 0.138, 0.062), (0.18, 0.15, 0.12), (0.14, 0.062, 0.026),
+    (0.13, 0.065, 0.03), (0.036, 0.0175, 0.0125),
 )  # fmt: skip
-_CRACK, _PALE, _CREST, _GREY, _STAIN, _INSIDE = (np.array(colour) for colour in _COLOURS)
-_ALONG, _AROUND = 280, 170
+_CRACK, _PALE, _CREST, _GREY, _STAIN, _INSIDE, _SOIL = (np.array(colour) for colour in _COLOURS)
+_ALONG, _AROUND = 360, 240
 
 
 @dataclass(frozen=True)
@@ -34,11 +34,11 @@ class Placed:
 
 
 # At the front right of the hero picture, as on the photograph of a living animal: it hides the edge of one loop.
-HERO = Placed(0.046, -0.100, 14.0, roll_deg=-14.0, sunk_m=0.012)
+HERO = Placed(0.060, -0.114, 15.0, roll_deg=-4.0, sunk_m=0.008)
 
 
 def add_bark(
-    scene: bpy.types.Scene, placed: Placed = HERO, *, length_m: float = 0.25, radius_m: float = 0.042, seed: int = 4
+    scene: bpy.types.Scene, placed: Placed = HERO, *, length_m: float = 0.25, radius_m: float = 0.05, seed: int = 4
 ) -> bpy.types.Object:
     """Add a piece of bark, with its hollow side down."""
     s, a = np.meshgrid(np.linspace(-1, 1, _ALONG), np.linspace(-1, 1, _AROUND), indexing="ij")
@@ -68,12 +68,12 @@ def _relief(bent: np.ndarray, flat: np.ndarray, seed: int) -> tuple[np.ndarray, 
     """The height of the bark's ridges over its tube, in metres, and how deep a place lies, from 0 to 1."""
     deep, shallow, fine = (
         cracks(bent / (1e-3 * np.array(size)), width, seed + k)
-        for k, (size, width) in enumerate((((80, 20), 0.22), ((45, 9), 0.4), ((14, 3.5), 0.5)), start=2)
+        for k, (size, width) in enumerate((((70, 17), 0.16), ((40, 8), 0.25), ((12, 3.5), 0.4)), start=2)
     )
     lumps = fractal_noise(bent / (0.045, 0.014), 3, seed + 9)
     rough = fractal_noise(flat / (0.008, 0.003), 4, seed + 11)
-    relief = 0.006 * lumps - 0.007 * deep - 0.0028 * shallow**1.5 - 0.0008 * fine + 0.0015 * rough
-    depth = np.clip(0.3 + 0.7 * deep + 0.55 * shallow**2 + 0.2 * fine**2 - 0.3 * lumps - 0.4 * rough, 0, 1)
+    relief = 0.005 * lumps - 0.007 * deep - 0.0035 * shallow - 0.0009 * fine + 0.003 * rough
+    depth = np.clip(0.34 + 0.9 * deep + 0.7 * shallow + 0.25 * fine - 0.35 * lumps - 0.7 * rough, 0, 1)
     return relief, depth
 
 
@@ -96,7 +96,7 @@ def _shell(rows: int, columns: int) -> np.ndarray:
 
 
 def _colours(depth: np.ndarray, flat: np.ndarray, seed: int) -> np.ndarray:
-    """Colours (n, 3): dark cracks, pale crests, grey weathered patches."""
+    """Colours (n, 3): dark cracks, pale crests, grey and brown patches, soil in hollows."""
     shade = np.clip(depth + 0.12 * fractal_noise(flat / 0.008, 3, seed + 12), 0, 1)[..., None]
     colour = np.where(
         shade < 0.45, _CREST + (_PALE - _CREST) * shade / 0.45, _PALE + (_CRACK - _PALE) * (shade - 0.45) / 0.55
@@ -104,15 +104,18 @@ def _colours(depth: np.ndarray, flat: np.ndarray, seed: int) -> np.ndarray:
     for tint, seed_of_patch, least in ((_GREY, 13, 0.2), (_STAIN, 16, 0.15)):
         patch = np.clip(3 * (fractal_noise(flat / (0.05, 0.02), 4, seed + seed_of_patch) - least), 0, 0.8)[..., None]
         colour = colour + (tint * (1.2 - shade) - colour) * patch
-    return colour.reshape(-1, 3)
+    # Soil lies in the hollows.
+    soiled = (
+        np.clip(4 * (shade - 0.62), 0, 0.9) * np.clip(0.6 + 2 * value_noise(flat / 0.03, seed + 19), 0, 1)[..., None]
+    )
+    return (colour + (_SOIL - colour) * soiled).reshape(-1, 3)
 
 
 def _material() -> bpy.types.Material:
     """The colours of the mesh, with a fine grain as bumps."""
-    material = plain_material("Cork Bark", tuple(_PALE), roughness=0.9)
+    material = plain_material("Cork Bark", tuple(_PALE), 0.9, specular=0.15)
     nodes, links = material.node_tree.nodes, material.node_tree.links
     shader = nodes["Principled BSDF"]
-    shader.inputs["Specular IOR Level"].default_value = 0.15
     colour, grain, where, squeezed, bump = (
         nodes.new(f"ShaderNode{kind}") for kind in ("VertexColor", "TexNoise", "TexCoord", "VectorMath", "Bump")
     )

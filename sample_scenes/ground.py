@@ -23,6 +23,7 @@ _HEAP_M, _HEAP_WIDTH_M = 0.008, 0.006
 # Below this height a body counts as touching the soil.
 _CONTACT_M = 0.0025
 _BURIED_M = 0.0005
+_DEEPEST_M = 0.006
 
 
 class Walls(NamedTuple):
@@ -60,8 +61,8 @@ class Body:
         return heights
 
     def is_apart(self, points: np.ndarray, radius: np.ndarray) -> np.ndarray:
-        """Whether balls (n,) do not touch the surface, from its outside. Balls whose centre is deeper inside than the
-        radius and a cell's diagonal pass, so that the search is short."""
+        """Whether balls (n,) do not touch the surface, from its outside. Balls whose centre is deeper inside than
+        _DEEPEST_M pass, so that the search is short."""
         reach = radius[:, None]
         free = np.ones(len(points), bool)
         near = np.nonzero(((points > self.low - reach) & (points < self.high + reach)).all(axis=1))[0]
@@ -71,7 +72,7 @@ class Body:
         return free
 
     def _is_apart(self, point: Vector, radius: float) -> bool:
-        surface, normal, _, distance = self._tree.find_nearest(point, radius + 1.5 * CELL_M)
+        surface, normal, _, distance = self._tree.find_nearest(point, max(radius, _DEEPEST_M))
         return surface is None or (distance > radius and (point - surface).dot(normal) > 0)
 
 
@@ -112,9 +113,8 @@ def ground_below(bodies: Sequence[bpy.types.Object], half_m: float, fade_m: floa
     # Heaps are uneven along a body.
     height = LEVEL_M + mounds + _HEAP_M * heaped * (1 + 0.7 * fractal_noise(place / 0.018, 2, seed=5))
     edge = np.clip((half_m - np.hypot(x, y)) / fade_m, 0, 1)
-    # What is buried stays buried.
-    room = np.where(underside > -_BURIED_M, underside - _GAP_M, np.inf)
-    height = np.minimum(height * edge**0.5 - 0.0006 * (1 - edge), room)
+    underside[underside < -_BURIED_M] = np.inf  # what is buried stays buried
+    height = np.minimum(height * edge**0.5 - 0.0006 * (1 - edge), underside - _GAP_M)
     outside = (x < walls.x) | (y > walls.y)
     height[outside], underside[outside] = -_GAP_M, -np.inf
     return Ground(half_m, height, underside, surfaces)

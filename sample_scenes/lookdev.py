@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from math import cos, radians, sin
+from math import cos, log2, pi, radians, sin
 
 import bpy
 import numpy as np
@@ -26,18 +26,18 @@ _PATCHES = (
 
 def add_plate(scene: bpy.types.Scene) -> None:
     """The plate, whose top is at z = 0, what stands on it, and a floor. There is no wall: lamps stand behind."""
-    floor = plain_material("Backdrop", (0.6 * GREY,) * 3, 0.9)
+    floor = plain_material("Backdrop", (0.6 * GREY,) * 3, 1.0, specular=0.0)
     points = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]) * 6.0 - (0, 0, _THICK_M)
     add_surface(scene, "Backdrop", points, faces=[(0, 1, 2, 3)], material=floor)
     profile = [
         (0.0, 0.0), (_PLATE_M - _BEVEL_M, 0.0), (_PLATE_M - 0.3 * _BEVEL_M, -0.3 * _BEVEL_M), (_PLATE_M, -_BEVEL_M),
         (_PLATE_M, -_THICK_M),
     ]  # fmt: skip
-    _add_turned(scene, "Plate", np.array(profile), plain_material("Plate", (GREY,) * 3, 0.7))
+    _add_turned(scene, "Plate", np.array(profile), plain_material("Plate", (GREY,) * 3, 1.0, specular=0.0))
     chrome = plain_material("Chrome", (0.75, 0.75, 0.76), 0.02)
     chrome.node_tree.nodes["Principled BSDF"].inputs["Metallic"].default_value = 1.0
     for name, azimuth_deg, material in (
-        ("Grey Ball", -33.0, plain_material("Grey Ball", (GREY,) * 3, 0.6)),
+        ("Grey Ball", -33.0, plain_material("Grey Ball", (GREY,) * 3, 1.0, specular=0.0)),
         ("Chrome Ball", -14.0, chrome),
     ):
         turn = np.linspace(np.pi / 2, -np.pi / 2, 33)
@@ -45,6 +45,14 @@ def add_plate(scene: bpy.types.Scene) -> None:
         azimuth = radians(azimuth_deg)
         ball.location = (_BALLS_FROM_MIDDLE_M * cos(azimuth), _BALLS_FROM_MIDDLE_M * sin(azimuth), 0.0)
     _add_colours(scene, (-0.04, -0.165))
+
+
+def stops_for_grey(scene: bpy.types.Scene) -> float:
+    """The exposure, in stops, at which the plate is as bright in the picture as it is grey, under the scene's suns."""
+    suns = [thing for thing in scene.objects if thing.type == "LIGHT" and thing.data.type == "SUN"]
+    # A sun shines along its -Z, so the height of its +Z is the sine of its elevation.
+    irradiance = sum(sun.data.energy * max(0.0, sun.rotation_euler.to_matrix()[2][2]) for sun in suns)
+    return log2(pi / irradiance) if irradiance > 0 else 0.0
 
 
 def _add_turned(
@@ -83,7 +91,7 @@ def _add_colours(scene: bpy.types.Scene, place: tuple[float, float]) -> None:
 
 
 def _patch_material() -> bpy.types.Material:
-    material = plain_material("Colours", (GREY,) * 3, 0.8)
+    material = plain_material("Colours", (GREY,) * 3, 1.0, specular=0.0)
     nodes = material.node_tree.nodes
     colour = nodes.new("ShaderNodeVertexColor")
     colour.layer_name = "patch"

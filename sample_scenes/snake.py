@@ -189,13 +189,16 @@ def tube_quads(rings: int, segments: int) -> tuple[np.ndarray, np.ndarray]:
     return points.reshape(-1, 4), uvs.reshape(-1, 4)
 
 
-def plain_material(name: str, colour: tuple[float, float, float], roughness: float) -> bpy.types.Material:
+def plain_material(
+    name: str, colour: tuple[float, float, float], roughness: float, *, specular: float = 0.5
+) -> bpy.types.Material:
     material = bpy.data.materials.new(name)
     if bpy.app.version < (5, 0):  # always on in later versions
         material.use_nodes = True
     shader = material.node_tree.nodes["Principled BSDF"]
     shader.inputs["Base Color"].default_value = (*colour, 1)
     shader.inputs["Roughness"].default_value = roughness
+    shader.inputs["Specular IOR Level"].default_value = specular
     return material
 
 

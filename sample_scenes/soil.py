@@ -15,24 +15,25 @@ from .scatter import Scattered, instance_on_points
 from .snake import plain_material
 from .stage import add_surface
 
-SOIL_DARK, SOIL_LIGHT = (0.007, 0.0025, 0.0015), (0.055, 0.018, 0.0095)
+# Less red than they look: the view transform deepens dark colours.
+SOIL_DARK, SOIL_LIGHT = (0.011, 0.0058, 0.0046), (0.066, 0.0315, 0.0215)
 # Between crumbs, where less light arrives.
-_SHADED = (0.028, 0.0095, 0.005)
+_SHADED = (0.032, 0.0155, 0.011)
 # Colours of single crumbs, and the share of crumbs that are darker.
 _CRUMB_COLOURS = (
-    (0.0, (0.008, 0.0036, 0.0025)),
-    (0.35, (0.028, 0.0092, 0.0052)),
-    (0.8, (0.066, 0.0205, 0.0108)),
-    (0.98, (0.1, 0.036, 0.018)),
-    (1.0, (0.2, 0.1, 0.05)),
+    (0.0, (0.011, 0.006, 0.005)),
+    (0.3, (0.036, 0.0175, 0.0125)),
+    (0.8, (0.088, 0.042, 0.029)),
+    (0.98, (0.145, 0.078, 0.048)),
+    (1.0, (0.22, 0.14, 0.08)),
 )
-_FIBRE_COLOUR = (0.075, 0.03, 0.014)
+_FIBRE_COLOUR = (0.1, 0.056, 0.03)
 _BUMP_M = 0.0028
 _NEAR_M, _FADE_M = 0.30, 0.12
-_CRUMBS, _FIBRES = 160_000, 1500
+_CRUMBS, _FIBRES = 170_000, 2600
 _LEAST_M, _MOST_M = 0.0006, 0.005
-# How much rarer crumbs are that are larger: the number falls with this power of the diameter.
-_RARER = 3.0
+# How much rarer crumbs are that are larger: the density of diameters falls with this power.
+_RARER = 3.2
 _SMALL, _LARGE = 5, 9
 
 
@@ -99,11 +100,11 @@ def _crumb_meshes(rng: np.random.Generator) -> list[bpy.types.Mesh]:
         points, faces = _icosphere(0 if index < _SMALL else 1)
         seed = rng.uniform(0, 100, 3)
         # A few planes cut the ball, and noise breaks the cuts.
-        normals = rng.normal(size=(9, 3))
+        normals = rng.normal(size=(7, 3))
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-        cut = (rng.uniform(0.55, 0.9, 9) / np.maximum(points @ normals.T, 1e-6)).min(axis=1)
-        rough = 1 + 0.22 * value_noise(points * 2.1 + seed) + 0.12 * value_noise(points * 4.7 + seed)
-        points = points * (np.minimum(1, cut) * rough)[:, None] * (1, rng.uniform(0.6, 1), rng.uniform(0.45, 0.9))
+        cut = (rng.uniform(0.4, 0.8, 7) / np.maximum(points @ normals.T, 1e-6)).min(axis=1)
+        rough = 1 + 0.3 * value_noise(points * 2.1 + seed) + 0.12 * value_noise(points * 4.7 + seed)
+        points = points * (np.minimum(1, cut) * rough)[:, None] * (1, rng.uniform(0.45, 1), rng.uniform(0.35, 0.8))
         points /= np.linalg.norm(points, axis=1).max()
         mesh.from_pydata(points.tolist(), [], faces.tolist())
         mesh.materials.append(material)
@@ -136,11 +137,11 @@ def _add_fibres(scene: bpy.types.Scene, ground: Ground, rng: np.random.Generator
     """Thin bent fibres that lie over the crumbs."""
     reach = 0.8 * ground.half_m * np.sqrt(rng.random(_FIBRES))
     turn, heading = rng.uniform(0, 2 * np.pi, (2, _FIBRES))
-    length = rng.uniform(0.003, 0.016, _FIBRES)
+    length = rng.uniform(0.002, 0.011, _FIBRES)
     bends = np.cumsum(rng.normal(0, 0.25, (_FIBRES, joints)), axis=1) + heading[:, None]
     steps = np.stack([np.cos(bends), np.sin(bends)], axis=-1) * (length / joints)[:, None, None]
     line = np.stack([reach * np.cos(turn), reach * np.sin(turn)], axis=-1)[:, None] + np.cumsum(steps, axis=1)
-    thick = rng.uniform(0.00006, 0.00016, _FIBRES)
+    thick = rng.uniform(0.00004, 0.00012, _FIBRES)
     # Fibres bridge hollows: the mean height along them, with an arch.
     arch = 0.0012 * rng.random(_FIBRES)[:, None] * np.sin(np.linspace(0, np.pi, joints))
     height = (ground.below(line) + ground.below(line).max(axis=1, keepdims=True)) / 2 + 0.0006 + arch
@@ -156,34 +157,42 @@ def _add_fibres(scene: bpy.types.Scene, ground: Ground, rng: np.random.Generator
     index = np.arange(points.size // 3).reshape(points.shape[:3])
     turned = np.roll(index, -1, axis=2)
     quads = np.stack([index[:, :-1], turned[:, :-1], turned[:, 1:], index[:, 1:]], axis=-1)
-    material = plain_material("Fibre", _FIBRE_COLOUR, 0.7)
+    material = plain_material("Fibre", _FIBRE_COLOUR, 1.0, specular=0.0)
     fibres = add_surface(scene, "Soil Fibres", points.reshape(-1, 3), faces=quads.reshape(-1, 4), material=material)
     fibres.data.shade_smooth()
 
 
 def _crumb_material() -> bpy.types.Material:
     """A matt material that gives each instance its own colour."""
-    material = plain_material("Crumb", SOIL_DARK, roughness=0.95)
+    material = plain_material("Crumb", SOIL_DARK, 1.0, specular=0.0)
     nodes, links = material.node_tree.nodes, material.node_tree.links
     shader = nodes["Principled BSDF"]
-    shader.inputs["Specular IOR Level"].default_value = 0.15
-    instance, ramp = nodes.new("ShaderNodeObjectInfo"), nodes.new("ShaderNodeValToRGB")
+    instance, damp, darker, shade, ramp = (
+        nodes.new(f"ShaderNode{kind}") for kind in ("ObjectInfo", "TexNoise", "Math", "Math", "ValToRGB")
+    )
+    # Neighbours differ, and patches of the soil are damp and darker.
+    damp.inputs["Scale"].default_value = 28.0
+    darker.operation, darker.inputs[1].default_value, darker.use_clamp = "MULTIPLY", 1.9, True
+    shade.operation = "MULTIPLY"
+    links.new(instance.outputs["Location"], damp.inputs["Vector"])
+    links.new(damp.outputs[0], darker.inputs[0])
+    links.new(instance.outputs["Random"], shade.inputs[0])
+    links.new(darker.outputs[0], shade.inputs[1])
     elements = ramp.color_ramp.elements
     while len(elements) < len(_CRUMB_COLOURS):
         elements.new(0.5)
     for element, (place, colour) in zip(elements, _CRUMB_COLOURS, strict=True):
         element.position, element.color = place, (*colour, 1.0)
-    links.new(instance.outputs["Random"], ramp.inputs[0])
+    links.new(shade.outputs[0], ramp.inputs[0])
     links.new(ramp.outputs["Color"], shader.inputs["Base Color"])
     return material
 
 
 def _bumps(name: str, light: tuple[float, float, float]) -> bpy.types.Material:
     """Crumbs as colour and bumps: Voronoi cells of two sizes, distorted by noise."""
-    material = plain_material(name, SOIL_DARK, roughness=0.95)
+    material = plain_material(name, SOIL_DARK, 1.0, specular=0.0)
     nodes, links = material.node_tree.nodes, material.node_tree.links
     shader = nodes["Principled BSDF"]
-    shader.inputs["Specular IOR Level"].default_value = 0.0
     noise, ramp, bump, where, moved, height = (
         nodes.new(f"ShaderNode{kind}") for kind in ("TexNoise", "ValToRGB", "Bump", "TexCoord", "VectorMath", "Math")
     )

@@ -19,7 +19,7 @@ _TABLE_M = -0.03
 def add_corner(scene: bpy.types.Scene, corner: Walls = CORNER) -> None:
     """Two panes that meet at the left and the back, upright on a table."""
     x, y = corner
-    glass, edge = _thin_glass(), plain_material("Glass Edge", (0.045, 0.16, 0.11), 0.12)
+    glass, edge = _thin_glass(), plain_material("Glass Edge", (0.012, 0.045, 0.032), 0.2)
     silicone = plain_material("Silicone", (0.012, 0.012, 0.013), 0.35)
     low, high = _TABLE_M, _HIGH_M
     panes = {
@@ -37,7 +37,7 @@ def add_corner(scene: bpy.types.Scene, corner: Walls = CORNER) -> None:
     upright = [(x, y), (x + s, y), (x, y - s)]
     points = [(*place, z) for z in (low, high) for place in upright]
     add_surface(scene, "Seal", points, faces=_PRISM, material=silicone)
-    table = plain_material("Table", (0.05, 0.043, 0.037), 0.45)
+    table = plain_material("Table", (0.05, 0.043, 0.037), 1.0, specular=0.0)
     points = [(-4, -4, low), (4, -4, low), (4, 4, low), (-4, 4, low)]
     add_surface(scene, "Table", points, faces=[(0, 1, 2, 3)], material=table)
 

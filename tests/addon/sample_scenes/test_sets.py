@@ -43,6 +43,18 @@ def test_a_set_holds_what_it_is_named_for(scene, name):
     assert HOLDS[name] <= set(bpy.data.objects.keys())
 
 
+@pytest.mark.parametrize(("options", "name"), [((), "terrarium"), (("--set", "turntable"), "turntable")])
+def test_the_command_line_chooses_a_set_else_the_view_does(scene, options, name, tmp_path, monkeypatch):
+    monkeypatch.setattr(soil, "_CRUMBS", 5000)
+    animal.main(["--output", str(tmp_path / "a.blend"), "--view", "terrarium", "--faces", "11000", *options])
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "a.blend"))
+    assert HOLDS[name] <= set(bpy.data.objects.keys())
+    assert ("Soil" in bpy.data.objects) == (name == "terrarium")
+    # The meshes that the crumbs are copies of are saved too.
+    shown = bpy.context.evaluated_depsgraph_get().object_instances
+    assert any(instance.is_instance for instance in shown) == (name == "terrarium")
+
+
 def test_no_crumb_touches_what_lies_on_the_soil(scene):
     snake = build(scene, "soil")
     points, radius = crumbs()
@@ -64,7 +76,7 @@ def test_crumbs_are_small_and_heaped_against_the_snake(scene):
     snake = build(scene, "soil")
     points, radius = crumbs()
     assert 0.0003 <= radius.min() and radius.max() <= 0.0025 + 1e-6
-    # Each doubling of the diameter is rarer: the number falls with the third power.
+    # The density of diameters falls with the power 3.2, so each octave has 2^2.2 times fewer: less than half.
     sizes = np.histogram(2000 * radius, [0.6, 1.2, 2.4, 4.8])[0]
     assert (np.diff(sizes) < -0.5 * sizes[:-1]).all()
     tree = BVHTree.FromObject(snake, bpy.context.evaluated_depsgraph_get())
@@ -122,6 +134,17 @@ def test_both_engines_show_a_set(scene, name, tmp_path, monkeypatch):
     cycles, eevee = pictures(scene, tmp_path)
     # EEVEE leaves out most of the light between surfaces, about a fifth of it here.
     np.testing.assert_allclose(eevee.mean(axis=(0, 1)), cycles.mean(axis=(0, 1)), rtol=0.3)
+
+
+def test_the_plate_is_exposed_as_grey(scene, tmp_path):
+    """At the exposure of the plate's set, the open plate is 18 % grey in the picture."""
+    build(scene, "turntable", "turntable")
+    for name in ("Snake", "Colours"):
+        bpy.data.objects.remove(bpy.data.objects[name])
+    cycles, _ = pictures(scene, tmp_path)
+    shown = cycles[14:24, 26:38].mean() * 2**scene.view_settings.exposure
+    # The dusk, which the exposure leaves out, adds at most pi * 0.06 = 0.19 W/m2 to the suns' 13.9 W/m2.
+    assert shown == pytest.approx(0.18, rel=0.03)
 
 
 def test_light_goes_through_a_pane_and_is_a_little_green(scene, tmp_path):
