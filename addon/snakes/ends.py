@@ -17,13 +17,14 @@ EYE_FACES = 2 * _EYE_RINGS * _EYE_SEGMENTS
 
 class Skin(NamedTuple):
     """Vertices (v,) of the skin: arc length from the snout (m), angle around the body, rise over the smooth body (m),
-    overhang tailwards (m), pale rim (0 to 1), and whether it is on the outer edge of a scale."""
+    overhang tailwards (m), pale rim and pale lip (0 to 1), and whether it is on the outer edge of a scale."""
 
     s: np.ndarray
     angle: np.ndarray
     rise: np.ndarray
     overhang: np.ndarray
     rim: np.ndarray
+    lip: np.ndarray
     edge: np.ndarray
 
 
@@ -47,11 +48,13 @@ def head_end(body: Body, net: Net, scales: Skin) -> End:
     middle = len(front_angle) - net.cut.belly // 2
     even = np.pi + (np.arange(len(front_angle)) - middle) * 2 * np.pi / len(front_angle)
     angle = even + near * (front_angle - even)
-    relief = head.relief((s / body.head_end).ravel(), angle.ravel(), length=body.species.head_length)
+    kind = head.head_of(body.species)
+    relief = head.relief((s / body.head_end).ravel(), angle.ravel(), kind, length=body.species.head_length)
     # The relief fades out before the first scales, and at the tip, where the rings are smaller than the relief.
     fade = (_smooth((1 - rings) / 0.1) * _smooth(rings / 0.08) + 0 * s).ravel()
     skin = Skin(
-        s.ravel(), angle.ravel(), body.radius * relief.rise * fade, np.zeros(s.size), relief.rim, np.zeros(s.size, bool)
+        s.ravel(), angle.ravel(), body.radius * relief.rise * fade, np.zeros(s.size), relief.rim, relief.lip,
+        np.zeros(s.size, bool),
     )  # fmt: skip
     grid = np.concatenate([len(scales.s) + np.arange(s.size).reshape(s.shape), net.front[None]])
     faces, skin = _closed(grid, skin, tip_s=0.0, first=len(scales.s), at_end=False)
@@ -67,18 +70,29 @@ def tail_end(body: Body, net: Net, scales: Skin, *, first: int) -> End:
     s = rear_s + (length - rear_s) * (1 - (1 - rings) ** 1.6)
     angle = rear_angle + 0 * s
     zeros = np.zeros(s.size)
-    skin = Skin(s.ravel(), angle.ravel(), zeros, zeros, zeros, zeros > 0)
+    skin = Skin(s.ravel(), angle.ravel(), zeros, zeros, zeros, zeros, zeros > 0)
     grid = np.concatenate([net.rear[None], first + np.arange(s.size).reshape(s.shape)])
     faces, skin = _closed(grid, skin, tip_s=length, first=first, at_end=True)
     return End(skin, faces, np.zeros(len(faces), int))
 
 
-def eyes(body: Body) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+class Eyes(NamedTuple):
     """Two balls that stand half out of the head: points (v, 3) in metres; faces (f, 4), where a triangle repeats its
-    first corner; UVs (f, 4, 2), oriented like the skin's; and their arc length in metres."""
-    share, angle, radius, depth = (x * scale for x, scale in zip(
-        head.eye_places(), (body.head_end, 1.0, body.radius, body.radius), strict=True
-    ))  # fmt: skip
+    first corner; UVs (f, 4, 2), oriented like the skin's; how far a point is turned outwards (v,), 1 in the middle of
+    the pupil; and their arc length in metres."""
+
+    points: np.ndarray
+    faces: np.ndarray
+    uv: np.ndarray
+    gaze: np.ndarray
+    s: float
+
+
+def eyes(body: Body) -> Eyes:
+    """The eyes of a body."""
+    kind = head.head_of(body.species)
+    share, angle, radius = kind.eye_share * body.head_end, kind.eye_angle, kind.eye_radius * body.radius
+    depth = kind.eye_depth * radius
     spine = body.spine
     middle = body.points(np.full(2, share), np.array((angle, -angle)), np.full(2, -depth))
     tail, side, back = (np.array([np.interp(share, spine.s, part[:, k]) for k in range(3)]) for part in spine[2:])
@@ -102,7 +116,14 @@ def eyes(body: Body) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
     size = radius / body.radius / (2 * np.pi)
     uv = at * size + (-2 * size, 0.25)
     points = (middle[:, None] + radius * ball).reshape(-1, 3)
-    return points, np.concatenate([faces, faces + len(ball)]), np.concatenate([uv, uv + (0, 0.5)]), share
+    # A snake looks to its sides and a little ahead and up.
+    gaze = np.concatenate([ball @ _unit(sign * side + 0.25 * back - 0.2 * tail) for sign in (1, -1)])
+    faces = np.concatenate([faces, faces + len(ball)])
+    return Eyes(points, faces, np.concatenate([uv, uv + (0, 0.5)]), np.clip(gaze / gaze.max(), 0, 1), share)
+
+
+def _unit(vector: np.ndarray) -> np.ndarray:
+    return vector / np.linalg.norm(vector)
 
 
 def unwrapped(angle: np.ndarray, at_tip: np.ndarray) -> np.ndarray:
@@ -125,7 +146,7 @@ def _closed(
     """The faces of a grid of rings (k, r) that ends in a tip, and the vertices with the tip appended."""
     tip = first + len(skin.s)
     fan = _tips(grid[-1 if at_end else 0], tip, at_end=at_end)
-    closing = (tip_s, 0.0, 0.0, 0.0, 0.0, False)
+    closing = (tip_s, 0.0, 0.0, 0.0, 0.0, 0.0, False)
     skin = Skin(*(np.append(values, value).astype(values.dtype) for values, value in zip(skin, closing, strict=True)))
     return np.concatenate([_quads(grid), fan]), skin
 

@@ -53,8 +53,9 @@ class Shape:
     material  (f,) SKIN or EYE
     edge      (v,) whether a point is on the outer edge of a scale; mesh edges between two of these points are creases
     s         (v,) arc length from the snout, m
-    of_points, of_faces   attributes by name, (v,) or (f,), all 0 to 1. Of points: scale_rim, along (snout to tail) and
-                          around (back to belly). Of faces: scale_random (one random number per scale) and belly"""
+    of_points, of_faces   attributes by name, (v,) or (f,), all 0 to 1. Of points: scale_rim, along (snout to tail),
+                          around (back to belly), lip (pale lips) and gaze (1 in the middle of an eye's pupil). Of
+                          faces: scale_random (one random number per scale) and belly"""
 
     points: np.ndarray
     corners: np.ndarray
@@ -100,7 +101,8 @@ def _assemble(body: Body, net: Net, places: Places, *, rows: _Rows, rng: np.rand
     scales = net.cut.scales
     s = rows.arc_lengths(places.along, scales)
     unit = body.scale_lengths(s) * rows.natural / (scales + 1)
-    skin = Skin(s, places.angle, places.rise * unit, places.overhang * unit, places.rim, places.inside == 1)
+    no_lip = np.zeros(len(s))
+    skin = Skin(s, places.angle, places.rise * unit, places.overhang * unit, places.rim, no_lip, places.inside == 1)
     head = head_end(body, net, skin)
     tail = tail_end(body, net, skin, first=len(s) + len(head.skin.s))
     skin = Skin(*(np.concatenate(parts) for parts in zip(skin, head.skin, tail.skin, strict=True)))
@@ -114,7 +116,7 @@ def _assemble(body: Body, net: Net, places: Places, *, rows: _Rows, rng: np.rand
     uv = np.stack([skin.s[faces] / girth, angle / (2 * np.pi) + 0.5], axis=-1)
     around = np.abs(np.angle(np.exp(1j * skin.angle))) / np.pi
     points = body.points(skin.s + skin.overhang, skin.angle, skin.rise - body.pleats(skin.s, skin.angle))
-    eye_points, eye_faces, eye_uv, eye_s = eyes(body)
+    eye_points, eye_faces, eye_uv, gaze, eye_s = eyes(body)
 
     def with_eyes(values: np.ndarray, eye: float = 0.0) -> np.ndarray:
         return np.concatenate([values, np.full(len(eye_points), eye, values.dtype)])
@@ -137,6 +139,8 @@ def _assemble(body: Body, net: Net, places: Places, *, rows: _Rows, rng: np.rand
             "scale_rim": with_eyes(skin.rim),
             "along": along / body.spine.length,
             "around": around,
+            "lip": with_eyes(skin.lip),
+            "gaze": np.concatenate([np.zeros(len(points)), gaze]),
         },
         of_faces={
             "scale_random": np.concatenate([chance, np.zeros(len(eye_faces))]),

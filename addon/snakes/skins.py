@@ -17,7 +17,7 @@ _Colour = tuple[float, float, float]
 
 def give_skin(mesh: bpy.types.Mesh, species: str) -> None:
     """Give a snake's mesh its materials: the skin, then the eyes."""
-    for material in (new_skin(species), new_eye()):
+    for material in (new_skin(species), new_eye(species)):
         mesh.materials.append(material)
 
 
@@ -27,9 +27,19 @@ def new_skin(species_name: str) -> bpy.types.Material:
     return _material(name, lambda tree: (colour(tree), 0.0, 0.5))
 
 
-def new_eye() -> bpy.types.Material:
-    """A new material of a black, wet eye."""
-    return _material("Snake Eye", lambda tree: ((0.004, 0.003, 0.003), 0.5, 0.05))
+def new_eye(species_name: str) -> bpy.types.Material:
+    """A new material of a wet eye: a black pupil in an iris, under a clear scale."""
+    material = _material("Snake Eye", lambda tree: (_eye(tree, _IRISES[species_name]), 0.5, 0.3))
+    shader = material.node_tree.nodes["Principled BSDF"]
+    shader.inputs["Coat Weight"].default_value, shader.inputs["Coat Roughness"].default_value = 1.0, 0.02
+    return material
+
+
+def _eye(tree: Tree, iris: _Colour) -> Value:
+    """A round pupil, 34 degrees in radius, in an iris that ends in a dark ring at 62 degrees."""
+    skin = _Skin(tree)
+    ring = skin.step(skin.gaze, 0.47, 0.55) - skin.step(skin.gaze, 0.81, 0.85)
+    return skin.blend(ring, (0.003, 0.002, 0.002), iris)
 
 
 def new_shed() -> bpy.types.Material:
@@ -70,9 +80,9 @@ class _Skin:
 
     def __init__(self, tree: Tree) -> None:
         self.tree = tree
-        self.rim, self.around, self.belly, self.random = (
+        self.rim, self.around, self.belly, self.random, self.lip, self.gaze = (
             tree.value(tree.node("ShaderNodeAttribute", attribute_name=name, label=name).outputs["Fac"])
-            for name in ("scale_rim", "around", "belly", "scale_random")
+            for name in ("scale_rim", "around", "belly", "scale_random", "lip", "gaze")
         )
 
     def noise(self, scale: float, detail: float = 2.0) -> Value:
@@ -109,6 +119,7 @@ def _xenopeltis(tree: Tree) -> Value:
     plate = skin.blend(pale, plate, (0.55, 0.49, 0.41))
     worn = skin.step(skin.noise(70.0, detail=3.0), 0.38, 0.62)
     coat = skin.blend(skin.rim * skin.rim * (worn * 0.7 + 0.2), plate, rim)
+    coat = _lips(skin, coat, (0.56, 0.50, 0.41))
     return skin.blend(skin.belly, coat, (0.62, 0.57, 0.50))
 
 
@@ -130,10 +141,18 @@ def _elaphe(tree: Tree) -> Value:
     coat = skin.blend(skin.step(inside, 0.0, 0.03), ground, (0.009, 0.005, 0.004))
     coat = skin.blend(skin.step(inside, 0.14, 0.18), coat, blotch)
     coat = skin.blend(skin.rim * 0.4, coat, (0.085, 0.045, 0.025))
-    # Four in ten belly plates are dark except in their middle.
+    # Dark bars between the plates of the lips.
+    coat = _lips(skin, skin.blend(skin.lip * skin.rim * 2.0, coat, (0.03, 0.02, 0.015)), (0.46, 0.36, 0.24))
+    # Four in ten belly plates are dark except in their middle. The throat is plain.
     check = tree.math("LESS_THAN", skin.random, 0.4) * tree.math("LESS_THAN", skin.around, 0.93)
+    check = check * tree.math("GREATER_THAN", u, 0.55)
     under = skin.blend(check, (0.50, 0.44, 0.35), (0.03, 0.026, 0.022))
     return skin.blend(skin.belly, coat, under)
+
+
+def _lips(skin: _Skin, coat: Value, pale: _Colour) -> Value:
+    """A coat with pale lips. It is seen between their plates."""
+    return skin.blend(skin.lip * (1.0 - skin.rim * 1.8) * (skin.random * 0.25 + 0.72), coat, pale)
 
 
 def _blotch(tree: Tree, along: Value, across: Value, *, half_length: float, half_width: float) -> Value:
@@ -145,4 +164,5 @@ def _blotch(tree: Tree, along: Value, across: Value, *, half_length: float, half
     return 1.0 - tree.sqrt(tree.sqrt(x * x + y * y))
 
 
+_IRISES = {"XENOPELTIS": (0.022, 0.014, 0.010), "ELAPHE": (0.42, 0.13, 0.022)}
 _SKINS = {"XENOPELTIS": ("Xenopeltis Skin", _xenopeltis), "ELAPHE": ("Elaphe Skin", _elaphe)}
