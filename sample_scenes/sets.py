@@ -35,7 +35,7 @@ def _soil(scene: bpy.types.Scene, snake: bpy.types.Object, _: str) -> None:
 
 
 def _shed(scene: bpy.types.Scene, snake: bpy.types.Object, species: str) -> None:
-    add_soil(scene, [snake, _add_shed(species, (0.02, -0.108), 12.0)])
+    add_soil(scene, [snake, _add_shed(species, (0.025, -0.101), 10.0)])
 
 
 def _terrarium(scene: bpy.types.Scene, snake: bpy.types.Object, species: str) -> None:
