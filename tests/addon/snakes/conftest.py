@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The modules of addon/snakes, and a snake that is made once for all tests of a file."""
+
+import importlib
+
+import pytest
+
+pytest.importorskip("bpy")
+
+from devtools import EXTENSION  # noqa: E402
+
+
+@pytest.fixture(scope="module")
+def room(extension):
+    """The modules of addon/snakes by name."""
+    names = ("body", "ends", "head", "lattice", "poses", "scales", "shape", "shed", "species", "spine")
+    return {name: importlib.import_module(f"{EXTENSION}.addon.snakes.{name}") for name in names}
+
+
+@pytest.fixture(scope="module")
+def make(room):
+    """A function that makes a snake, each of them once."""
+    made = {}
+
+    def make(species="XENOPELTIS", pose="RESTING", faces=50_000, *, flatness=0.75, seed=0):
+        asked = species, pose, faces, flatness, seed
+        if asked not in made:
+            spine = room["spine"].spine_along(room["poses"].POSES[pose], 1.0)
+            made[asked] = room["shape"].snake_shape(spine, species, room["shape"].Detail(faces, flatness, seed))
+        return made[asked]
+
+    return make
