@@ -40,6 +40,9 @@ _MARGIN = 2.0
 # of w outside the self-check: at all together, and at each alone. The rest is for the file's rounding. Errors of
 # different origin add by their squares: 0.7 without the basis and 0.5 by it are 0.9 together, 0.7 and 0.8 are 1.06.
 _BEFORE_ROUNDING, _OF_BASIS, _OF_BASIS_AT_ONE_W = 0.9, 0.5, 1.0
+# The error of a table read by B-splines grows as this power of its texels. What is asked below a dE00 of 1 binds the
+# first level alone: the wider levels have texels for a dE00 of 1. Their memory serves more levels, which are closer.
+_ORDER_OF_TEXELS = 4
 # The share of the progress for the first attempt. A second attempt is the exception, so it gets the rest.
 _FIRST = 0.9
 
@@ -165,7 +168,8 @@ def _attempt(reliefs: Sequence[Relief], request: BakeRequest, progress: Progress
             and _excess(errors_of(fewer), request.delta_e) <= _BEFORE_ROUNDING
         )
 
-    image, layout = atlas.pack(with_levels(with_learnt_basis(table, keeps)))
+    coarser = max(1.0, request.delta_e ** (-1 / _ORDER_OF_TEXELS))
+    image, layout = atlas.pack(with_levels(with_learnt_basis(table, keeps), coarser=coarser))
     stored = atlas.unpack(image, layout)
     errors = errors_of(stored)
     wide = wide_errors(stored, table, errors, illuminant=request.illuminant)

@@ -69,7 +69,7 @@ def _values_of_w(table: Table) -> np.ndarray:
 
 def _added(table: Table, level: float) -> float:
     """The variance that is added to a table's kernel at a place between its levels."""
-    return (table.level_ratio**level - 1) * table.sigma_b**2
+    return (table.spacing.grown(level) - 1) * table.sigma_b**2
 
 
 def _measured(stored: Table, level: float, truths: list[Truth], illuminant: str) -> Errors:
@@ -104,7 +104,7 @@ def _truths(
     zero_order = exact.zero_order_xyz(w)
     drawn = _pairs(stored, exact, image, w, levels, rng)
     for level, pairs in zip(levels, drawn, strict=True):
-        variance = exact.sigma_b**2 * stored.level_ratio**level
+        variance = exact.sigma_b**2 * stored.spacing.grown(level)
         yield Truth(w, pairs, _blurred(exact, octaves, pairs, variance) * w**2, zero_order)
 
 
