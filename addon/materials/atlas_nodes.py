@@ -51,24 +51,32 @@ class AtlasTable:
         layout, tree = self.layout, self.tree
         if layout.levels == 1:
             return self.sharp(), None, 0.0
-        ratio = blur.times_plus(1 / layout.sigma_b**2, 1.0)  # variance over the variance of level 0
-        level = tree.math("FLOOR", tree.math("LOGARITHM", ratio, layout.level_ratio))
+        cell, spacing = layout.cell, layout.spacing
+        # The variance plus the offset, over that of level 0: a geometric sequence over the levels.
+        grown = blur.times_plus(1 / (1 + spacing.offset) / layout.sigma_b**2, 1.0)
+        level = tree.math("FLOOR", tree.math("LOGARITHM", grown, spacing.ratio))
         level = tree.minimum(level, layout.levels - 2.0)
-        shrink = tree.math("POWER", layout.cell.shrink, level)
-        steps = 1 / (layout.level_ratio - 1)
-        share = (ratio * tree.squared(shrink)).times_plus(steps, -steps)
-        finer = self._read(*self._at(level, shrink))
-        return finer, self._read(*self._at(level + 1.0, shrink * layout.cell.shrink)), share
+        power = tree.math("POWER", cell.shrink, level)
+        steps = 1 / (spacing.ratio - 1)
+        share = (grown * tree.squared(power)).times_plus(steps, -steps)
+        # Level 0 has finer texels than the others' rule gives.
+        shrink = tree.maximum(power * (1 / cell.coarser), level.times_plus(-1.0, 1.0))
+        finer = self._read(*self._at(level, shrink, may_be_first=True))
+        return finer, self._read(*self._at(level + 1.0, power * (cell.shrink / cell.coarser))), share
 
     def sharp(self) -> Value:
         """The table with the bake's own blur only."""
         return self._read(self.place[0] + self.first[0], self.place[1] + self.first[1])
 
-    def _at(self, level: Value, shrink: Value) -> tuple[Value, Value]:
+    def _at(self, level: Value, shrink: Value, *, may_be_first: bool = False) -> tuple[Value, Value]:
         """The image position of the first term at a blur level, by the rule in precompute/table/tiling.py. `shrink`:
-        the level's texels along an axis over level 0's."""
+        the level's texels along an axis over level 0's. On level 0 the rule gives at most 0, where it begins."""
         tree, cell = self.tree, self.layout.cell
-        along = level.times_plus(float(COLUMNS_BESIDE), shrink.times_plus(-cell.geometric, cell.geometric + cell.phase))
+        along = level.times_plus(
+            float(COLUMNS_BESIDE), shrink.times_plus(-cell.geometric, cell.column_end + cell.phase)
+        )
+        if may_be_first:
+            along = tree.maximum(along, 0.0)
         x: Operand = tree.math("FLOOR", along).times_plus(1 / self.size[0], self.first[0])
         y: Operand = self.first[1]
         if cell.shelf < cell.levels:

@@ -3,7 +3,7 @@
 
     ./dev bench levels [--surfaces sample:blazed sample:elaphe] [--growths 1.2 2 9] [--json FILE|-]
 
-A surface's table at a coherence of 12 um gets levels of each variance ratio that a bake may choose. The benchmark reads
+A surface's table at a coherence of 12 um gets levels of each of three variance ratios. The benchmark reads
 it under kernels of `growth` times its own variance. It compares the result with sums over the bins of the same spectra
 under the same kernel, by the project's error metric at w = 0.7 and 1.6. Two mixes of the two levels are compared.
 "linear" is the product's: its weights give the mixture the right variance. "Gaussian" is exact for a lone order under
@@ -33,11 +33,13 @@ from precompute.surface.relief import prepare
 from precompute.surface.samples.catalogue import SAMPLE_PREFIX, make_sample
 from precompute.table.atlas import layout_of
 from precompute.table.table import Table, level_mix
-from precompute.table.tiling import BYTES_PER_TEXEL, RATIOS, cell_for
+from precompute.table.tiling import BYTES_PER_TEXEL, Spacing, cell_for
 
 from . import report
 
 COHERENCE_M = 12e-6
+# Levels that are evenly apart.
+TRIED = tuple(Spacing(ratio, 0.0) for ratio in (1.5, 2.0, 4.0))
 GROWTHS = 1.22, 1.41, 1.84, 2.0, 2.4, 2.83, 5.6, 9.0
 _W, _PAIRS = (0.7, 1.6), 600
 # Pairs lie where no kernel of the growths reaches beyond the table's edge.
@@ -65,8 +67,8 @@ MIXES: dict[str, Mix] = {"linear": linear, "Gaussian": gaussian}
 
 def read(table: Table, mix: Mix, growth: float, *places: np.ndarray | float) -> np.ndarray:
     """A table's XYZ / w^2 (n, 3) at u, v, w under `growth` times its kernel's variance."""
-    ratio = table.level_ratio
-    (level,), _ = level_mix(np.array([growth - 1]), len(table.levels), ratio=ratio)
+    ratio = table.spacing.ratio
+    (level,), _ = level_mix(np.array([growth - 1]), len(table.levels), spacing=table.spacing)
     finer, coarser = (
         table.scattered_over_w2(*places, variance=(ratio**each - 1) * table.sigma_b**2) for each in (level, level + 1)
     )
@@ -94,8 +96,10 @@ def rows_of(source: str, growths: list[float]) -> list[dict]:
     """A row of one surface for each ratio, mix and growth."""
     chosen = plan(prepare(make_sample(source.removeprefix(SAMPLE_PREFIX))), BakeRequest(coherence_length_m=COHERENCE_M))
     table, rows = carry_out(chosen), []
-    cells = {ratio: cell_for(len(table.terms), table.inner, table.sigma_b, ratios=(ratio,)) for ratio in RATIOS}
-    tables = {ratio: with_levels(table, cell) for ratio, cell in cells.items()}
+    tables = {
+        spacing.ratio: with_levels(table, cell_for(len(table.terms), table.inner, table.sigma_b, spacings=(spacing,)))
+        for spacing in TRIED
+    }
     for growth in growths:
         true = truths(chosen, growth)
         for ratio, one in tables.items():

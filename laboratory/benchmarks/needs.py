@@ -31,7 +31,7 @@ from precompute.surface.readers.reader_registry import read_height_map
 from precompute.table import atlas_file
 from precompute.table.radiance import reflected_xyz
 from precompute.table.table import Table
-from precompute.table.tiling import cell_for
+from precompute.table.tiling import Spacing, cell_for
 
 from . import report
 from .osl import colour_differences, start_blender
@@ -153,7 +153,7 @@ class Scene:
         request = BakeRequest(delta_e=_EXACT, coherence_length_m=self.table()[0].coherence_length_m)
         facts = bake_to_folder([surface], request, folder, progress=lambda *_: None)
         table = replace(atlas_file.read(Path(facts["files"][0]))[0], wider=())
-        cell = cell_for(len(table.terms), table.inner, table.sigma_b, ratios=(_EXACT_RATIO,))
+        cell = cell_for(len(table.terms), table.inner, table.sigma_b, spacings=(Spacing(_EXACT_RATIO, 0.0),))
         return with_levels(table, cell)
 
     def move(self, *, upwards: bool) -> None:

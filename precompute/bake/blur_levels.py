@@ -38,8 +38,9 @@ def narrower(sigma: float, texel: float) -> float:
     return math.sqrt(sigma**2 - bspline.VARIANCE * texel**2)
 
 
-def with_levels(table: Table, cell: Cell | None = None) -> Table:
-    """Add the wider blur levels to a table: a given cell's, or as many and as close as memory allows.
+def with_levels(table: Table, cell: Cell | None = None, *, coarser: float = 1.0) -> Table:
+    """Add the wider blur levels to a table: a given cell's, or as many and as close as memory allows. `coarser` is
+    cell_for's.
 
     A wider kernel reaches past the rim of the table. If the table ends at |u| = 2, there is no light beyond the rim. If
     its region ends earlier, the values at the rim are repeated."""
@@ -47,21 +48,22 @@ def with_levels(table: Table, cell: Cell | None = None) -> Table:
         "constant" if low <= 1e-9 - 2 and high >= 2 - 1e-9 else "edge" for low, high in table.region[::-1]
     ]
     side = math.ceil(4 / table.texel - 1e-9) + 1
-    cell = cell or cell_for(len(table.terms), table.inner, table.sigma_b, whole=(side, side))
-    # The kernel to sample at a level's texels, and the one that the source's texels sample, in texels of level 0.
-    sigma = held = narrower(table.sigma_b, table.texel) / table.texel
+    cell = cell or cell_for(len(table.terms), table.inner, table.sigma_b, whole=(side, side), coarser=coarser)
+    # The kernel that the source's texels sample, in texels of level 0, and the one to sample at a level's texels.
+    held = narrower(table.sigma_b, table.texel) / table.texel
     found, source, finest = [table.terms], table.terms, 1.0
     for level in range(1, cell.levels):
-        texel = cell.ratio ** (level / 2)
-        added = math.sqrt((sigma * texel) ** 2 - held**2) / finest
+        texel = cell.texels(level)
+        sampled = narrower(table.sigma_b * math.sqrt(cell.spacing.grown(level)), texel * table.texel) / table.texel
+        added = math.sqrt(sampled**2 - held**2) / finest
         own = _resampled(source, added, step=texel / finest, inner=cell.inner_of(level), modes=modes)
         found.append(np.ascontiguousarray(own))
         finer = texel / _FINER
         if finer > 1 + 1e-9 and level + 1 < cell.levels:
             rows, columns = (math.ceil((count - 1) / finer - 1e-9) + 1 for count in cell.inner)
             source = _resampled(source, added, step=finer / finest, inner=(rows, columns), modes=modes)
-            finest, held = finer, sigma * texel
-    return replace(table, wider=tuple(found[1:]), level_ratio=cell.ratio)
+            finest, held = finer, sampled
+    return replace(table, wider=tuple(found[1:]), spacing=cell.spacing, coarser=cell.coarser)
 
 
 def _resampled(

@@ -42,7 +42,7 @@ from .request import BakeRequest
 
 # Part of every key. Raise it with every change of the bake's results that leaves atlas_file.FORMAT unchanged. Older
 # entries are then never used again, and the eviction removes them in time.
-BAKE_VERSION = 14
+BAKE_VERSION = 15
 # The environment variables that set the cache's folder and its size limit in MiB.
 FOLDER_VARIABLE = "NATURAL_GRATINGS_CACHE"
 LIMIT_VARIABLE = "NATURAL_GRATINGS_CACHE_MB"

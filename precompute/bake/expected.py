@@ -58,7 +58,11 @@ def expected_table_bytes(layout: Layout, needs: Needs) -> tuple[int, int]:
     low, high = needs.w
     terms = min(layout.terms, 2 + round((layout.terms - 2) * (high - low) / 2))
     rows, columns = (count - 2 * TILE_PADDING for count in tile)
-    cell = cell_for(terms, (rows, columns), sigma_b, whole=(side, side), ratios=(layout.level_ratio,))
+    spacing = layout.spacing
+    cell = cell_for(
+        terms, (rows, columns), sigma_b, whole=(side, side), spacings=(spacing,),
+        coarser=layout.level_coarser / spacing.stretch,
+    )  # fmt: skip
     width_min = layout.zero_order_samples + 1
     down, across = grid(terms, cell.size, width_min=width_min)
     width = max(across * cell.size[1], width_min)

@@ -34,12 +34,17 @@ ATLAS_BYTES_MAX = BYTES_PER_TEXEL * TEXELS_MAX
 # The shares of an attempt's time after which its plan, and its table, are done: measured on the samples Elaphe and
 # Xenopeltis, 0.07 and 0.11, 0.66 and 0.70.
 _PLANNED, _CARRIED_OUT = 0.1, 0.7
+# The same if directions are spread, which on the scan of Elaphe takes a third of the bake.
+_SPREAD, _CARRIED_OUT_SPREAD = 0.4, 0.8
 # The second attempt aims at an error smaller by this factor than the error that would be just enough.
 _MARGIN = 2.0
 # The shares of the requested error that a table in a learnt basis of w may reach, and that the basis may add at values
 # of w outside the self-check: at all together, and at each alone. The rest is for the file's rounding. Errors of
 # different origin add by their squares: 0.7 without the basis and 0.5 by it are 0.9 together, 0.7 and 0.8 are 1.06.
 _BEFORE_ROUNDING, _OF_BASIS, _OF_BASIS_AT_ONE_W = 0.9, 0.5, 1.0
+# The error of a table read by B-splines grows as this power of its texels. What is asked below a dE00 of 1 binds the
+# first level alone: the wider levels have texels for a dE00 of 1. Their memory serves more levels, which are closer.
+_ORDER_OF_TEXELS = 4
 # The share of the progress for the first attempt. A second attempt is the exception, so it gets the rest.
 _FIRST = 0.9
 
@@ -135,12 +140,13 @@ def _attempt(reliefs: Sequence[Relief], request: BakeRequest, progress: Progress
     """Plan and make one bake of the reliefs for a request, and measure its errors."""
     started = time.perf_counter()
     model = COHERENCE_MODELS[request.model]
+    planned, carried_out = (_PLANNED, _CARRIED_OUT) if request.spread_deg is None else (_SPREAD, _CARRIED_OUT_SPREAD)
     if not request.needs.is_reached:
         raise GratingError(
             source, "two directions above the surface never have the u, v and w of its needs", "widen their ranges"
         )
     try:
-        chosen = model.plan(reliefs, request, progress=span_of(progress, 0, _PLANNED))
+        chosen = model.plan(reliefs, request, progress=span_of(progress, 0, planned))
     except GratingError as error:
         raise error.within(source) from error
     rows, columns = map(len, chosen.axes)
@@ -151,10 +157,10 @@ def _attempt(reliefs: Sequence[Relief], request: BakeRequest, progress: Progress
             f"the table would take {in_blender / 2**20:.0f} MiB in Blender",
             ("ask for a shorter ", Setting.COHERENCE_UM, ", or for a part of it by ", Setting.NEEDS),
         )
-    table = model.carry_out(chosen, request.illuminant, span_of(progress, _PLANNED, _CARRIED_OUT))
+    table = model.carry_out(chosen, request.illuminant, span_of(progress, planned, carried_out))
     sample_set = model.sample_set(chosen)
     baked = time.perf_counter()
-    errors_of = model.judge(reliefs, chosen, request.illuminant, progress=span_of(progress, _CARRIED_OUT, 1))
+    errors_of = model.judge(reliefs, chosen, request.illuminant, progress=span_of(progress, carried_out, 1))
     added_by = comparison(table, request.illuminant)
 
     def keeps(fewer: Table) -> bool:
@@ -165,7 +171,8 @@ def _attempt(reliefs: Sequence[Relief], request: BakeRequest, progress: Progress
             and _excess(errors_of(fewer), request.delta_e) <= _BEFORE_ROUNDING
         )
 
-    image, layout = atlas.pack(with_levels(with_learnt_basis(table, keeps)))
+    coarser = max(1.0, request.delta_e ** (-1 / _ORDER_OF_TEXELS))
+    image, layout = atlas.pack(with_levels(with_learnt_basis(table, keeps), coarser=coarser))
     stored = atlas.unpack(image, layout)
     errors = errors_of(stored)
     wide = wide_errors(stored, table, errors, illuminant=request.illuminant)

@@ -8,7 +8,7 @@ For light from wi, the albedo at R = 1 times cos(ti) is the integral of
 over the (u, v) of all views, plus the zero order's share times cos(ti). The bound is the largest albedo over all
 wavelengths, or 1.
 
-The scattered spectrum is summed at some values of s (direct_sums.py) and interpolated by a polynomial. At each
+The scattered spectrum is summed at some values of s (cells.py) and interpolated by a polynomial. At each
 wavelength its cells are added up in blocks of (u, v). The strongest cells of a surface that wraps are its orders: they
 keep their own places, and are summed at more wavelengths. Each block and each order is spread by the coherence kernel.
 Near the horizon a part of the kernel is below it, and 1 / cos(tr) is infinite. There the integral runs over c =
@@ -27,7 +27,8 @@ from numpy.polynomial.chebyshev import chebvander
 from ..base.progress import Progress, silent
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M
 from ..surface.relief import Relief
-from .direct_sums import scattered_cells, zero_order_efficiency
+from .cells import scattered_cells
+from .direct_sums import zero_order_efficiency
 
 # Number of wavelengths of the blocks, equally spaced in their logarithm, and steps between two of them for the orders.
 # At |(u, v)| = 1 an order moves by 0.0014 per step, a fifth of a default kernel's sigma_b.

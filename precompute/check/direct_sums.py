@@ -2,16 +2,7 @@
 """Computes the ensemble model's radiance by direct sums, a second way to precompute/reference, for `check` only.
 
 This file shares no code with the reference or the bake, except the relief (levelled, filled, refined and apodised) and
-the observer's tables. There is no FFT and no expansion: the apodised phasor without its mean is summed against cosines
-and sines over every pixel, at a list of frequencies.
-
-A surface that wraps has orders at whole multiples of 1 / length, and no light at other frequencies. The spectrum of a
-surface that does not wrap is continuous. It is sampled at multiples of 1 / (length + PAD / (2 pi sigma_q)), where
-sigma_q is the standard deviation of the kernel in cycles per metre. At this spacing the kernel's sum over the samples
-is the kernel's integral: blurring a spectrum by the kernel weights the lags of the scan's autocorrelation by a Gaussian
-of standard deviation 1 / (2 pi sigma_q). Sampling the spectrum repeats this Gaussian with the period length + PAD / (2
-pi sigma_q), and the repetitions weight the lags as well. The longest lag of the scan, at which the apodised scan barely
-overlaps itself, gets a weight of exp(-PAD^2 / 2) from a repetition, all other lags less.
+the observer's tables. The spectra of the relief are sums over every pixel (cells.py).
 """
 
 from collections.abc import Sequence
@@ -25,115 +16,12 @@ from ..measure.pairs import Pairs, cosine_weighted, pair_about
 from ..optics.region import FARTHEST, Region
 from ..reflectance.matter import MIRRORING, Matter
 from ..surface.relief import Relief
+from .cells import KERNEL_REACH, scattered_cells
 
-# Padding of a scan that does not wrap, in units of 1 / (2 pi sigma_q).
-PAD = 3.0
-# The kernel is cut at this many standard deviations, where it is exp(-6^2 / 2) = 1.5e-8 of its peak.
-KERNEL_REACH = 6.0
 # Number of bands of wavelength, all of the same luminance, in which half vectors are drawn.
 _DRAWN_AT = 12
 # Number of classes of heights. On a relief of 2 um, a class spans 0.02 radians; the mean phasor is off by 1e-5.
 _HEIGHT_CLASSES = 4096
-# Number of values gathered at once, to limit memory.
-_GATHERED = 4_000_000
-
-
-@dataclass(frozen=True)
-class Cells:
-    """The scattered spectrum in cells of frequency.
-
-    q_y, q_x  the centres (ny,) and (nx,) of the cells, in cycles per metre, ascending
-    power     (ny, nx), the share of the light that is scattered into each cell"""
-
-    q_y: np.ndarray
-    q_x: np.ndarray
-    power: np.ndarray
-
-    def density(self, u: np.ndarray, v: np.ndarray, lam: float, *, sigma_b: float) -> np.ndarray:
-        """Density (n,) over (u, v) at places u, v (n,), at the wavelength lam in metres.
-
-        The light of each cell is spread as a Gaussian of sigma_b about lam * q."""
-        rows, kernel_y = _near(self.q_y, v, lam, sigma_b)
-        cols, kernel_x = _near(self.q_x, u, lam, sigma_b)
-        found = np.empty(len(u))
-        at_once = max(1, _GATHERED // (rows.shape[1] * cols.shape[1]))
-        for start in range(0, len(u), at_once):
-            part = slice(start, start + at_once)
-            along_x = self.power[rows[part, :, None], cols[part, None, :]] @ kernel_x[part, :, None]
-            found[part] = (along_x[..., 0] * kernel_y[part]).sum(axis=1)
-        return found
-
-    def wide_density(self, u: np.ndarray, v: np.ndarray, lam: float, *, sigma: np.ndarray) -> np.ndarray:
-        """The density (n,) under kernels of `sigma` (n,), of the light within |(u, v)| = 2 only: no pair of directions
-        shows other light, and no table holds it."""
-        power = self.power * (np.hypot(self.q_x, self.q_y[:, None]) * lam <= FARTHEST)
-        kernel_y, kernel_x = (
-            np.exp(-0.5 * ((at[:, None] - lam * q) / sigma[:, None]) ** 2) / (np.sqrt(2 * np.pi) * sigma[:, None])
-            for at, q in ((v, self.q_y), (u, self.q_x))
-        )
-        return ((kernel_y @ power) * kernel_x).sum(axis=1)
-
-
-def _near(q: np.ndarray, places: np.ndarray, lam: float, sigma_b: float) -> tuple[np.ndarray, np.ndarray]:
-    """Indices (n, m) of the frequencies within the kernel's reach of places (n,), and the kernel there."""
-    centres = lam * q
-    first = np.searchsorted(centres, places - KERNEL_REACH * sigma_b)
-    count = int((np.searchsorted(centres, places + KERNEL_REACH * sigma_b) - first).max(initial=1))
-    index = first[:, None] + np.arange(count)
-    inside = index < len(q)
-    index = np.minimum(index, len(q) - 1)
-    kernel = np.exp(-0.5 * ((places[:, None] - centres[index]) / sigma_b) ** 2) / (np.sqrt(2 * np.pi) * sigma_b)
-    return index, inside * kernel
-
-
-def scattered_cells(relief: Relief, s: float, reach: tuple[float, float], *, sigma_q: float) -> Cells:
-    """Cells of a relief at s = w / lambda, spaced finely enough for a kernel of sigma_q.
-
-    The cells go up to `reach`, the largest |q_y| and |q_x|. All are in cycles per metre."""
-    phase = (-2 * np.pi * s) * relief.height_m
-    parts = np.stack([np.cos(phase), np.sin(phase)])
-    mean_y, mean_x = (apodisation**2 / np.sum(apodisation**2) for apodisation in relief.apodisation_axes)
-    parts -= (mean_y @ parts @ mean_x)[:, None, None]
-    parts *= relief.apodisation_axes[0][:, None]
-    parts *= relief.apodisation_axes[1]
-    (q_y, step_y), (q_x, step_x) = (_frequencies(relief, axis, reach[axis], sigma_q) for axis in (0, 1))
-    sums = _waves(q_y, relief, 0).T @ (parts @ _waves(q_x, relief, 1))
-    energy = np.prod([np.sum(apodisation**2) for apodisation in relief.apodisation_axes])
-    power = _power(sums[0] + 1j * sums[1]) * (np.prod(relief.pixel_size_m) * step_y * step_x / energy)
-    return Cells(np.concatenate([-q_y[:0:-1], q_y]), np.concatenate([-q_x[:0:-1], q_x]), power)
-
-
-def _frequencies(relief: Relief, axis: int, reach: float, sigma_q: float) -> tuple[np.ndarray, float]:
-    """Frequencies from 0 to `reach`, within the Nyquist cell, and their spacing; cycles per metre."""
-    length, pixel = relief.size_m[axis], relief.pixel_size_m[axis]
-    # A scan of a single line is a profile, constant across its short axis, and needs no padding along that axis.
-    if not relief.periodic and relief.height_m.shape[axis] > 1:
-        length += PAD / (2 * np.pi * sigma_q)
-    most = min(reach * length, (length / pixel - 1) / 2 + 1e-6)
-    return np.arange(int(most) + 1) / length, 1 / length
-
-
-def _waves(q: np.ndarray, relief: Relief, axis: int) -> np.ndarray:
-    """cos and sin of 2 pi q x (pixels, 2 n), side by side, for q (n,)."""
-    phase = 2 * np.pi * np.outer(np.arange(relief.height_m.shape[axis]) * relief.pixel_size_m[axis], q)
-    return np.hstack([np.cos(phase), np.sin(phase)])
-
-
-def _power(sums: np.ndarray) -> np.ndarray:
-    """|sum of p exp(-2 pi i (q_y y + q_x x))|^2 (2 ny - 1, 2 nx - 1) for both signs of both frequencies.
-
-    p is the summed field, y and x are positions. `sums` (2 ny, 2 nx): p times cosines, then sines, per axis."""
-    ny, nx = sums.shape[0] // 2, sums.shape[1] // 2
-    cc, cs, sc, ss = sums[:ny, :nx], sums[:ny, nx:], sums[ny:, :nx], sums[ny:, nx:]
-    same, opposite = (cc - ss, cs + sc), (cc + ss, cs - sc)
-    up_right, down_left = (_squared(same[0] + sign * same[1]) for sign in (-1j, 1j))
-    down_right, up_left = (_squared(opposite[0] + sign * opposite[1]) for sign in (-1j, 1j))
-    down = np.hstack([down_left[:0:-1, :0:-1], down_right[:0:-1]])
-    return np.vstack([down, np.hstack([up_left[:, :0:-1], up_right])])
-
-
-def _squared(amplitude: np.ndarray) -> np.ndarray:
-    return amplitude.real**2 + amplitude.imag**2
 
 
 def scattered_xyz(

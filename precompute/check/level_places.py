@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Finds the tiles of a bake's blur levels in its picture, independently of the code that packs them.
 
-Each level has texels 1 / r times as large as the level before, with r = 1 / sqrt(ratio). The tiles of a term stand side
-by side on two shelves. Tile l begins at the rounded-down place A (1 - r^l) / (1 - r) + 6 l + phase, where A is the
-number of inner columns less 1. The phase makes the fractions of these places as far from 0 as possible. The lower shelf
-has as many tiles as make the cell smallest.
+With r = 1 / sqrt(ratio), each level but the first has texels `coarser` / r^l times as large as the first level's. The
+tiles of a term stand side by side on two shelves. Tile l begins at the rounded-down place A + A (r + r^2 + ... +
+r^(l-1)) / coarser + 6 l + phase, where A is the number of inner columns less 1; the first begins at 0. The phase makes
+the fractions of these places as far from 0 as possible. The upper shelf begins above the first tile or above the
+second. This, and the number of tiles on the lower shelf, are chosen so that the cell is smallest.
 """
 
 import math
@@ -24,21 +25,23 @@ class Place:
     columns: int
 
 
-def places_of(inner: tuple[int, int], levels: int, ratio: float) -> tuple[list[Place], tuple[int, int]]:
+def places_of(
+    inner: tuple[int, int], levels: int, *, ratio: float, coarser: float
+) -> tuple[list[Place], tuple[int, int]]:
     """The places of all levels' tiles, and rows and columns of the cell, for `inner` rows and columns of level 0."""
     r = ratio**-0.5
-    tiles = [[math.ceil((count - 1) * r**level - 1e-9) + 1 + 2 * _RIM for count in inner] for level in range(levels)]
-    begins = [(inner[1] - 1) * (1 - r**level) / (1 - r) + _BESIDE * level for level in range(levels + 1)]
+    shares = [1.0, *(r**level / coarser for level in range(1, levels))]
+    tiles = [[math.ceil((count - 1) * share - 1e-9) + 1 + 2 * _RIM for count in inner] for share in shares]
+    begins = [(inner[1] - 1) * math.fsum(shares[:level]) + _BESIDE * level for level in range(levels + 1)]
     phase = _phase([each % 1 for each in begins])
     columns = [math.floor(each + phase) for each in begins]
-    sizes = [_size(tiles, columns, shelf) for shelf in range(1, levels + 1)]
-    size = min(sizes, key=math.prod)
-    shelf = 1 + sizes.index(size)
+    shelves = [(shelf, above) for shelf in range(1, levels + 1) for above in range(min(shelf, 2))]
+    shelf, above = min(shelves, key=lambda each: math.prod(_size(tiles, columns, *each)))
+    up, left = tiles[above][0], columns[shelf] - columns[above]
     places = [
-        Place(tiles[0][0] * (level >= shelf), columns[level] - columns[shelf] * (level >= shelf), *tiles[level])
-        for level in range(levels)
+        Place(up * (level >= shelf), columns[level] - left * (level >= shelf), *tiles[level]) for level in range(levels)
     ]
-    return places, size
+    return places, _size(tiles, columns, shelf, above)
 
 
 def _phase(fractions: list[float]) -> float:
@@ -49,8 +52,9 @@ def _phase(fractions: list[float]) -> float:
     return -(ascending[widest] + gaps[widest] / 2) % 1
 
 
-def _size(tiles: list[list[int]], columns: list[int], shelf: int) -> tuple[int, int]:
-    """Rows and columns of a cell with `shelf` tiles on the lower shelf."""
+def _size(tiles: list[list[int]], columns: list[int], shelf: int, above: int) -> tuple[int, int]:
+    """Rows and columns of a cell with `shelf` tiles on the lower shelf, and the others above from tile `above` on."""
     if shelf == len(tiles):
         return tiles[0][0], columns[shelf]
-    return tiles[0][0] + tiles[shelf][0], max(columns[shelf], columns[-1] - columns[shelf])
+    rows = max(tiles[0][0], tiles[above][0] + tiles[shelf][0])
+    return rows, max(columns[shelf], columns[above] + columns[-1] - columns[shelf])

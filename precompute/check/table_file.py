@@ -15,9 +15,9 @@ from ..colour.observer import is_illuminant
 from ..optics.region import Region
 from ..reflectance.matter import DIELECTRIC, MIRRORING, Matter
 from ..reflectance.matter_text import parse
-from .level_places import places_of
+from .level_places import Place, places_of
 
-FORMAT = 12
+FORMAT = 13
 # The inner texels of a tile hold the table. _RIM is the number of texels on each side of them for interpolation. _STRIP
 # is the number of rows of the zero order's strip.
 _RIM, _STRIP = 2, 4
@@ -29,6 +29,8 @@ _COUNTS = (
 # whose largest stored value, 8192 times the scale, fits single precision.
 _REALS = {
     "level_ratio": (1.01, 4.0),
+    "level_offset": (0.0, 8.0),
+    "level_coarser": (1.0, 4.0),
     "texel": (1e-6, 4.0),
     "sigma_b": (1e-6, 1.0),
     "scale": (1e-35, 1e30),
@@ -58,7 +60,9 @@ class Table:
     basis       (K, J), each term's function of w as coefficients of Chebyshev polynomials
     record      the header
     wider       the terms on the wider blur levels
-    ratio       the variance of a level's kernel over that of the level before
+    ratio       the variance of a wide level's kernel over that of the level before
+    offset      what, added to the variance of each level's kernel over the first's, makes all of them grow by `ratio`
+    coarser     the factor by which the texels of the wider levels are larger than they would be for this ratio alone
 
     Under a plate, u, v, w and sigma_b are those of the directions inside it.
     """
@@ -75,6 +79,8 @@ class Table:
     record: dict[str, Any]
     wider: tuple[np.ndarray, ...] = ()
     ratio: float = 4.0
+    offset: float = 0.0
+    coarser: float = 1.0
 
     @property
     def holds_reflectance(self) -> bool:
@@ -99,15 +105,22 @@ class Table:
         """Scattered XYZ over w^2 (n, 3) at u, v (n,), by cubic B-splines over the texels and Chebyshev sums over w.
 
         `variance` is added to the kernel's. Between two levels their mixture has the right variance."""
-        grown = min(1 + variance / self.sigma_b**2, self.ratio ** len(self.wider))
-        below = min(int(math.log(grown, self.ratio) + 1e-9), max(len(self.wider) - 1, 0))
-        share = (grown / self.ratio**below - 1) / (self.ratio - 1)
+        grown = min(1 + variance / self.sigma_b**2, self.grown(len(self.wider)))
+        below = max((level for level in range(len(self.wider)) if self.grown(level) <= grown + 1e-9), default=0)
+        low, high = self.grown(below), self.grown(below + 1)
+        share = (grown - low) / (high - low)
         found = (1 - share) * self._read(below, u, v, w)
         return found + share * self._read(below + 1, u, v, w) if share > 0 else found
 
+    def grown(self, level: float) -> float:
+        """The variance of a level's kernel over that of the first level."""
+        return (1 + self.offset) * self.ratio**level - self.offset
+
     def _read(self, level: int, u: np.ndarray, v: np.ndarray, w: float) -> np.ndarray:
         """Scattered XYZ over w^2 (n, 3) of one blur level."""
-        terms, texel = (self.terms, *self.wider)[level], self.texel * self.ratio ** (level / 2)
+        terms, texel = (self.terms, *self.wider)[level], self.texel
+        if level:
+            texel *= self.coarser * self.ratio ** (level / 2)
         low, high = self.w_range
         angle = math.acos(np.clip((2 * w - low - high) / (high - low), -1, 1))
         basis = self.basis @ np.cos(np.arange(self.basis.shape[1]) * angle)
@@ -204,7 +217,7 @@ def _fault_of_layout(layout: object, picture: Picture) -> str:
         ("polynomials", layout["polynomials"] <= _TERMS_MAX),
         ("basis", _is_basis(layout.get("basis"), layout["terms"] * layout["polynomials"])),
         ("levels", layout["levels"] <= _LEVELS_MAX),
-        ("cell_rows", layout["levels"] > _LEVELS_MAX or cell == places_of(inner, *_blur(layout))[1]),
+        ("cell_rows", layout["levels"] > _LEVELS_MAX or cell == _places(layout)[1]),
         ("strip_rows", layout["strip_rows"] == layout["bound_texels"] + _STRIP),
         ("zero_order_samples", layout["zero_order_samples"] >= 2),
         ("inner_rows", all(2 <= n <= taken - 2 * _RIM for n, taken in zip(inner, cell, strict=True))),
@@ -259,7 +272,7 @@ def _table(image: np.ndarray, record: dict[str, Any]) -> Table:
     rows, columns, across = layout["cell_rows"], layout["cell_columns"], layout["columns"]
     count, samples = layout["terms"], layout["zero_order_samples"]
     levels = []
-    for place in places_of((layout["inner_rows"], layout["inner_columns"]), *_blur(layout))[0]:
+    for place in _places(layout)[0]:
         tiles = []
         for k in range(count):
             bottom = layout["strip_rows"] + k // across * rows + place.bottom
@@ -279,12 +292,15 @@ def _table(image: np.ndarray, record: dict[str, Any]) -> Table:
         record=record,
         wider=tuple(levels[1:]),
         ratio=layout["level_ratio"],
+        offset=layout["level_offset"],
+        coarser=layout["level_coarser"],
     )
 
 
-def _blur(layout: dict[str, Any]) -> tuple[int, float]:
-    """The number and the ratio of the blur levels."""
-    return layout["levels"], layout["level_ratio"]
+def _places(layout: dict[str, Any]) -> tuple[list[Place], tuple[int, int]]:
+    """The places of all levels' tiles, and rows and columns of a cell."""
+    inner = layout["inner_rows"], layout["inner_columns"]
+    return places_of(inner, layout["levels"], ratio=layout["level_ratio"], coarser=layout["level_coarser"])
 
 
 def _picture_size(layout: dict[str, Any]) -> tuple[int, int]:

@@ -45,7 +45,7 @@ def levels_of(table: Table) -> list[float]:
 
 def sigma_at(table: Table, level: float) -> float:
     """The standard deviation of the kernel at a place between the levels."""
-    return table.sigma_b * table.ratio ** (level / 2)
+    return table.sigma_b * math.sqrt(table.grown(level))
 
 
 def pairs_under(table: Table, first: Pairs, w: float, *, groups: int, rng: np.random.Generator) -> list[Pairs]:

@@ -46,9 +46,14 @@ class SpectrumSeries:
         """The nodes' weights (..., count) in the interpolation at s (...,)."""
         return chebyshev.interpolation_matrix(s, len(self.amplitude), lower=0, upper=self.s_max)
 
-    def over_turns(self, radians: float) -> "SpectrumSeries":
-        """The series of the surface averaged over normally distributed turns of standard deviation `radians`."""
-        averaged = np.stack([over_turns(power, self.grid, radians) for power in self.scattered_over_s2])
+    def over_turns(self, radians: float, progress: Progress = silent) -> "SpectrumSeries":
+        """The series of the surface averaged over normally distributed turns of standard deviation `radians`.
+
+        `progress` is called after each node."""
+        averaged = np.empty_like(self.scattered_over_s2)
+        for k, power in enumerate(self.scattered_over_s2):
+            averaged[k] = over_turns(power, self.grid, radians)
+            progress("directions", (k + 1) / len(averaged))
         return replace(self, scattered_over_s2=averaged, turns=radians)
 
     def zero_order(self, s: np.ndarray) -> np.ndarray:

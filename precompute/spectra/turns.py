@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 
+from ..surface.cubic_convolution import read_between
 from .spectrum import FrequencyGrid
 
 _ROWS_AT_ONCE = 128
@@ -26,7 +27,7 @@ def over_turns(power: np.ndarray, grid: FrequencyGrid, radians: float) -> np.nda
     rings = np.empty((len(radii), len(angles)), np.float32)
     for part in _parts(len(radii)):
         turned = (radii[part, None] * wave for wave in (np.sin(angles), np.cos(angles)))
-        sampled = _read(power, *((at - q[0]) / (q[1] - q[0]) for at, q in zip(turned, sides, strict=True)))
+        sampled = read_between(power, *((at - q[0]) / (q[1] - q[0]) for at, q in zip(turned, sides, strict=True)))
         rings[part] = np.fft.irfft(np.fft.rfft(sampled, axis=1) * fall, len(angles), axis=1)
     # A ring closes: cubic convolution reads one column to the left, and two to the right.
     rings = np.concatenate([rings[:, -1:], rings, rings[:, :2]], axis=1)
@@ -34,7 +35,7 @@ def over_turns(power: np.ndarray, grid: FrequencyGrid, radians: float) -> np.nda
     for part in _parts(len(power)):
         y, x = grid.q_y[part, None], grid.q_x
         ring, angle = np.hypot(y, x) / step, np.arctan2(y, x) % (2 * np.pi)
-        blurred = _read(rings, ring, 1 + angle * (len(angles) / (2 * np.pi)))
+        blurred = read_between(rings, ring, 1 + angle * (len(angles) / (2 * np.pi)))
         out[part] = np.where(ring <= len(radii) - 1, np.maximum(blurred, 0), out[part])
     total = out.sum(dtype=float)
     return out * power.dtype.type(power.sum(dtype=float) / total) if total > 0 else out
@@ -42,22 +43,3 @@ def over_turns(power: np.ndarray, grid: FrequencyGrid, radians: float) -> np.nda
 
 def _parts(count: int) -> list[slice]:
     return [slice(start, start + _ROWS_AT_ONCE) for start in range(0, count, _ROWS_AT_ONCE)]
-
-
-def _read(image: np.ndarray, row: np.ndarray, col: np.ndarray) -> np.ndarray:
-    """Interpolate an image by cubic convolution of 4 x 4 texels (Keys 1981). Texels at its edge repeat outward."""
-    (rows, of_row), (cols, of_col) = _taps(row, image.shape[0]), _taps(col, image.shape[1])
-    return sum(of_row[i] * sum(of_col[j] * image[rows[i], cols[j]] for j in range(4)) for i in range(4))
-
-
-def _taps(place: np.ndarray, count: int) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """The four texels around each place, and their weights."""
-    below = np.floor(place).astype(np.int32)
-    f = (place - below).astype(np.float32)
-    weights = [
-        f * (-0.5 + f * (1 - 0.5 * f)),
-        1 + f * f * (-2.5 + 1.5 * f),
-        f * (0.5 + f * (2 - 1.5 * f)),
-        f * f * (-0.5 + 0.5 * f),
-    ]
-    return [np.clip(below + k, 0, count - 1) for k in (-1, 0, 1, 2)], weights

@@ -28,7 +28,7 @@ from ..optics.plate import NO_PLATE, PLATE_IOR_MAX
 from ..optics.region import FARTHEST, Region
 from .albedo_bound import BOUND_TEXELS_MIN
 from .table import Table, past_end
-from .tiling import LEVELS_MAX, PICTURE_SIDE_MAX, RATIOS, TERMS_MAX, TILE_PADDING, Cell, grid
+from .tiling import COARSER_MAX, LEVELS_MAX, PICTURE_SIDE_MAX, SPACINGS, TERMS_MAX, TILE_PADDING, Cell, Spacing, grid
 
 # Rows of the picture that repeat the curve Z(w): a cubic reading at their centre uses only these rows.
 STRIP_ROWS = 4
@@ -51,17 +51,20 @@ class Layout:
 
     The picture holds rows x columns cells, one for each of the `terms` terms, from left to right and then upward. A
     cell has cell_rows x cell_columns texels. The tile of blur level 0 is in its lower left corner: inner_rows x
-    inner_columns texels that hold the table, and TILE_PADDING more on each side for interpolation. The centre of the
-    tile's texel (0, 0) is at (v_first, u_first). tiling.py places the other levels; each has a kernel of level_ratio
-    times the variance of the one before. `texel` is the step of u and v per texel on level 0. Tiles are stored divided
-    by `scale`. A term's function of w sums `polynomials` Chebyshev polynomials; `basis` holds the coefficients, term by
-    term. Under a plate of the index plate_ior, which else is 1, u, v and w are those of the directions inside."""
+    inner_columns texels that hold the table, and TILE_PADDING more on each side for interpolation. The centre of
+    the tile's texel (0, 0) is at (v_first, u_first). tiling.py places the other levels, whose kernels' variances
+    follow from level_ratio and level_offset, and whose texels are coarser by level_coarser. `texel` is the step of
+    u and v per texel on level 0. Tiles are stored divided by `scale`. A term's function of w sums `polynomials`
+    Chebyshev polynomials; `basis` holds the coefficients, term by term. Under a plate of the index plate_ior, which
+    else is 1, u, v and w are those of the directions inside."""
 
     terms: int
     polynomials: int
     basis: list  # type: ignore[type-arg]  # atlas_file.py compares the value's type with this type
     levels: int
     level_ratio: float
+    level_offset: float
+    level_coarser: float
     cell_rows: int
     cell_columns: int
     inner_rows: int
@@ -142,7 +145,8 @@ class Layout:
             and min(*table, self.zero_order_samples) >= 2
             and max(table) <= PICTURE_SIDE_MAX
             and self.levels <= LEVELS_MAX
-            and self.level_ratio in RATIOS
+            and self.spacing in SPACINGS
+            and 1 <= self.level_coarser <= COARSER_MAX
             and self.terms <= min(TERMS_MAX, self.columns * self.rows)
             and 1 <= self.polynomials <= TERMS_MAX
             and len(self.basis) == self.terms * self.polynomials
@@ -164,7 +168,12 @@ class Layout:
     @property
     def cell(self) -> Cell:
         """The cell of a term, which places the tiles of the blur levels."""
-        return Cell((self.inner_rows, self.inner_columns), self.levels, self.level_ratio)
+        return Cell((self.inner_rows, self.inner_columns), self.levels, self.spacing, self.level_coarser)
+
+    @property
+    def spacing(self) -> Spacing:
+        """How far apart the blur levels are."""
+        return Spacing(self.level_ratio, self.level_offset)
 
     def cell_origin(self, term: int) -> tuple[int, int]:
         """Lower left texel (x, y) of a term's cell, y counted upward."""
@@ -193,7 +202,7 @@ def _bound_texels(bake: Table) -> int:
 
 def layout_of(bake: Table) -> Layout:
     """The layout of a bake's atlas. Raises GratingError if the picture is too large for a graphics card."""
-    terms, cell = len(bake.terms), Cell(bake.inner, len(bake.levels), bake.level_ratio)
+    terms, cell = len(bake.terms), bake.cell
     rows, columns = grid(terms, cell.size, width_min=_strip_width(len(bake.zero_order), _bound_texels(bake)))
     peak = max(*(float(np.abs(terms).max()) for terms in bake.levels), 1e-30)
     return Layout(
@@ -201,7 +210,9 @@ def layout_of(bake: Table) -> Layout:
         polynomials=bake.basis.shape[1],
         basis=bake.basis.ravel().tolist(),
         levels=cell.levels,
-        level_ratio=cell.ratio,
+        level_ratio=cell.spacing.ratio,
+        level_offset=cell.spacing.offset,
+        level_coarser=cell.coarser,
         cell_rows=cell.size[0],
         cell_columns=cell.size[1],
         inner_rows=cell.inner[0],
@@ -252,8 +263,8 @@ def unpack(image: np.ndarray, layout: Layout) -> Table:
     first, w_range = (layout.v_first, layout.u_first), (layout.w_min, layout.w_max)
     return Table(
         terms, zero_order, layout.sigma_b, layout.texel, layout.illuminant, excess, first, w_range, image.dtype.type,
-        tuple(wider), layout.level_ratio, np.reshape(layout.basis, (layout.terms, layout.polynomials)).astype(float),
-        layout.plate_ior,
+        tuple(wider), layout.spacing, layout.level_coarser,
+        np.reshape(layout.basis, (layout.terms, layout.polynomials)).astype(float), layout.plate_ior,
     )  # fmt: skip
 
 

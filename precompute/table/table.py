@@ -22,7 +22,7 @@ from ..optics.coherence import coherence_length
 from ..optics.plate import NO_PLATE
 from ..optics.region import Region
 from .albedo_bound import albedo_bound
-from .tiling import RATIOS, TILE_PADDING
+from .tiling import TILE_PADDING, Cell, Spacing
 
 # Number of samples of Z(w). Reading by B-splines is then off by half a step of a half float for a relief of 2 um.
 ZERO_ORDER_SAMPLES = 512
@@ -59,7 +59,8 @@ class Table:
     w_range        the range of w that t runs over
     precision      the kind of float that holds the terms well enough in a file
     wider          the same terms on wider blur levels, with texels scaled accordingly (tiling.py)
-    level_ratio    the variance of a level's kernel over that of the level before
+    spacing        how far apart the levels are
+    coarser        the factor of the texels of all wider levels (tiling.py)
     basis          (K, J), the functions f_k as coefficients of T_0 to T_(J-1); None: f_k is T_k
     plate_ior      the index of a plate over the relief, or 1. u, v, w and sigma_b are then those of the directions
                    inside the plate (optics/plate.py)
@@ -75,7 +76,8 @@ class Table:
     w_range: tuple[float, float] = (0.0, 2.0)
     precision: type[np.floating] = np.float16
     wider: tuple[np.ndarray, ...] = ()
-    level_ratio: float = RATIOS[-1]
+    spacing: Spacing = Spacing()
+    coarser: float = 1.0
     basis: np.ndarray = None  # type: ignore[assignment]  # __post_init__ fills it in
     plate_ior: float = NO_PLATE
 
@@ -98,8 +100,13 @@ class Table:
 
     @property
     def levels(self) -> tuple[np.ndarray, ...]:
-        """The terms of every blur level. Level l has a kernel of variance sigma_b^2 level_ratio^l."""
+        """The terms of every blur level. Level l has a kernel of variance sigma_b^2 spacing.grown(l)."""
         return self.terms, *self.wider
+
+    @property
+    def cell(self) -> Cell:
+        """The cell of a term in the picture (tiling.py)."""
+        return Cell(self.inner, len(self.levels), self.spacing, self.coarser)
 
     @property
     def axes(self) -> tuple[np.ndarray, np.ndarray]:
@@ -126,7 +133,7 @@ class Table:
         the kernel's variance. The result is then a mixture of two blur levels: the last whose kernel's variance is at
         most the sum, and the next, if any."""
         w, variance = (np.broadcast_to(np.asarray(each, float), np.shape(u)) for each in (w, variance))
-        level, share = level_mix(variance / self.sigma_b**2, len(self.levels), ratio=self.level_ratio)
+        level, share = level_mix(variance / self.sigma_b**2, len(self.levels), spacing=self.spacing)
         out = np.zeros((3, len(u)))
         for which in range(len(self.levels)):
             part = np.where(level == which, 1 - share, np.where(level == which - 1, share, 0.0))
@@ -162,7 +169,7 @@ class Table:
         terms = self.levels[level]
         _, rows, columns, _ = terms.shape
         (u_low, u_high), (v_low, v_high) = self.region
-        texel = self.texel * self.level_ratio ** (level / 2)
+        texel = self.texel * self.cell.texels(level)
         x, y = (np.clip(u, u_low, u_high) - u_low) / texel, (np.clip(v, v_low, v_high) - v_low) / texel
         places, weights = bspline.patches(
             y + TILE_PADDING, x + TILE_PADDING, (rows, columns), precision=terms.dtype.type
@@ -218,13 +225,14 @@ def held_region(axes: tuple[np.ndarray, np.ndarray]) -> Region:
     return Region(tuple(u.tolist()), tuple(v.tolist()))
 
 
-def level_mix(added: np.ndarray, levels: int, *, ratio: float) -> tuple[np.ndarray, np.ndarray]:
+def level_mix(added: np.ndarray, levels: int, *, spacing: Spacing) -> tuple[np.ndarray, np.ndarray]:
     """The blur level (n,) to read, and the share (n,) of the next level, for a kernel wider than sigma_b.
 
-    `added` (n,) is the variance added to the kernel's, in units of sigma_b^2. Each level's kernel has `ratio` times the
-    variance of the one before. The mixture has the requested variance, up to the last level's. Materials
-    leave wider lamps to a closure (addon/materials/wide_lamps.py)."""
-    grown = np.clip(1 + np.asarray(added, float), 1, ratio ** (levels - 1))
+    `added` (n,) is the variance added to the kernel's, in units of sigma_b^2. The mixture has the requested variance,
+    up to the last level's. Materials leave wider lamps to a closure (addon/materials/wide_lamps.py)."""
+    ratio = spacing.ratio
+    # The variances plus the offset are a geometric sequence.
+    grown = np.clip(1 + np.asarray(added, float) / (1 + spacing.offset), 1, ratio ** (levels - 1))
     level = np.minimum(np.log(grown) / math.log(ratio), max(levels - 2, 0)).astype(int)
     return level, (grown / ratio**level - 1) / (ratio - 1)
 

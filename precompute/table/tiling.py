@@ -2,29 +2,36 @@
 """Places the tiles of a table and of its wider blur levels in one picture.
 
 A kernel between two levels is read as a mixture of both. Closer levels make the mixture more accurate and take more
-memory. Let R be the ratio of the variances of a level's kernel and the kernel of the level before, and r = 1 / sqrt(R).
-Level l has the kernel sigma_b / r^l, and texels 1 / r^l times as large as those of level 0. Its tile has ceil((inner -
-1) r^l) + 1 inner texels along an axis; the first is at the same (u, v) on every level. On each side there are
-TILE_PADDING more texels for cubic interpolation.
+memory. The first levels take the most memory, and a mixture of two wide kernels errs most. So the levels are far apart
+first, and closer later: level l has a kernel of the variance
+
+    V(l) = sigma_b^2 ((1 + c) R^l - c)
+
+with the ratio R and the offset c (Spacing). Let r = 1 / sqrt(R). All levels but level 0 have texels k / r^l times as
+large as those of level 0, with the same k, at which level 1 just resolves its kernel. The tile of such a level has
+ceil((inner - 1) r^l / k) + 1 inner texels along an axis; the first is at the same (u, v) on every level. On each side
+there are TILE_PADDING more texels for cubic interpolation.
 
 Each term has a cell of the picture, and all cells are alike. In a cell, the tiles of the levels are on two shelves: the
-first levels on the lower shelf from left to right, the others above them, again from the left.
+first levels on the lower shelf from left to right, the others above them, from the left or from where level 1 begins.
 
 The shaded point decides which level is read, so a material computes a tile's place while it shades. Therefore every
-place has a closed form in l and r^l. Let A be the number of inner columns less 1. On one shelf, level l begins at the
-column
+place has a closed form in l and r^l. Let A be the number of inner columns less 1. On one shelf, level 0 begins at the
+column 0, and level l at
 
-    X(l) = floor(A (1 - r^l) / (1 - r) + COLUMNS_BESIDE l + phase)
+    X(l) = floor(A + A (r - r^l) / (1 - r) / k + COLUMNS_BESIDE l + phase)
 
-X(l + 1) - X(l) is at least floor(A r^l) + COLUMNS_BESIDE, which is no less than the columns of a tile. The phase, from
-0 to 1, keeps all numbers that are rounded down as far from integers as possible. So they round alike on a graphics
-card, which computes powers to six digits only. Levels on the upper shelf are moved left by the lower shelf's columns
-and up by its rows.
+X(l + 1) - X(l) is at least floor(A r^l / k) + COLUMNS_BESIDE, which is no less than the columns of a tile. The phase,
+from 0 to 1, keeps all numbers that are rounded down as far from integers as possible. So they round alike on a graphics
+card, which computes powers to six digits only. Levels on the upper shelf are moved left, and up by the rows of the tile
+above which they begin.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -34,11 +41,8 @@ from ..base.failure import GratingError, Setting
 TILE_PADDING = 2
 # The padding on both sides, the first inner texel, and one for rounding down the columns where tiles begin.
 COLUMNS_BESIDE = 2 * TILE_PADDING + 2
-# The ratios of the variances of two levels. The smallest ratio is used whose picture fits into FINE_BYTES, or else the
-# largest. With the rows beside the tiles, and an empty cell beside seven, that is within the 128 MiB for which a
-# coherence is chosen. Midway between levels the dE00's p99 is 2, 5 and 17 on sample:blazed (`./dev bench levels`).
-RATIOS = 1.5, 2.0, 4.0
-FINE_BYTES = 110 << 20
+# The greatest factor k of the texels of the wider levels.
+COARSER_MAX = 4.0
 # More levels than any table has: with the smallest ratio, 52 levels lead from a kernel of 8e-6 to one of 0.25.
 LEVELS_MAX = 64
 # The side of a picture that every current graphics card accepts.
@@ -58,23 +62,61 @@ _WIDEST_KERNEL, _INNER_MIN = 0.25, 8
 Pair = tuple[int, int]
 
 
+class Spacing(NamedTuple):
+    """How far apart blur levels are: the ratio R and the offset c of their kernels' variances."""
+
+    ratio: float = 4.0
+    offset: float = 0.5
+
+    def grown(self, level: float) -> float:
+        """The variance of a level's kernel over that of level 0."""
+        return 1 + (1 + self.offset) * (self.ratio**level - 1)
+
+    def level_of(self, grown: float) -> float:
+        """The place between the levels of a kernel of `grown` times the variance of level 0's."""
+        return math.log(1 + (grown - 1) / (1 + self.offset), self.ratio)
+
+    @property
+    def stretch(self) -> float:
+        """The factor k with which level 1 has as many texels to its kernel as level 0. Wider levels then have more."""
+        return math.sqrt(self.grown(1) / self.ratio)
+
+
+# From close to far. The first is used whose picture fits into FINE_BYTES, or else the last. With the rows beside the
+# tiles, and an empty cell beside seven, that is within the 128 MiB for which a coherence is chosen.
+SPACINGS = (Spacing(1.5, 0.25), *(Spacing(ratio, 0.5) for ratio in (1.5, 1.6, 1.7, 1.9, 2.2, 2.8, 4.0)))
+FINE_BYTES = 90 << 20
+
+
 @dataclass(frozen=True)
 class Cell:
-    """A term's part of the picture, for `inner` inner rows and columns on level 0 and a number of blur levels."""
+    """A term's part of the picture, for `inner` inner rows and columns on level 0 and a number of blur levels.
+
+    `coarser` is the factor k of the texels of all levels but level 0."""
 
     inner: Pair
     levels: int
-    ratio: float
+    spacing: Spacing
+    coarser: float = 1.0
 
     @property
     def shrink(self) -> float:
         """r, by which the number of texels along an axis shrinks from one level to the next."""
-        return self.ratio**-0.5
+        return self.spacing.ratio**-0.5
+
+    def texels(self, level: int) -> float:
+        """The size of a level's texels in those of level 0."""
+        return self.coarser * self.shrink**-level if level else 1.0
 
     @property
     def geometric(self) -> float:
-        """A / (1 - r)."""
+        """A / (1 - r): how fast a tile's column falls with its number of texels along an axis over level 0's."""
         return (self.inner[1] - 1) / (1 - self.shrink)
+
+    @property
+    def column_end(self) -> float:
+        """The column, without COLUMNS_BESIDE, where the last of endless wider levels would end."""
+        return self.inner[1] - 1 + self.geometric * self.shrink / self.coarser
 
     @cached_property
     def phase(self) -> float:
@@ -85,24 +127,32 @@ class Cell:
         return float(-(fractions[widest] + gaps[widest] / 2) % 1)
 
     @cached_property
+    def shelves(self) -> Pair:
+        """The number of levels on the lower shelf, and the level above which the upper shelf begins, 0 or 1, that make
+        the cell smallest."""
+        found = [(count, above) for count in range(1, self.levels + 1) for above in (0, 1) if above < count]
+        return min(found, key=lambda shelves: math.prod(self._size(*shelves)))
+
+    @property
     def shelf(self) -> int:
-        """The number of levels on the lower shelf that makes the cell smallest."""
-        return min(range(1, self.levels + 1), key=lambda count: math.prod(self._size(count)))
+        """The number of levels on the lower shelf."""
+        return self.shelves[0]
 
     @property
     def size(self) -> Pair:
         """Rows and columns of the cell."""
-        return self._size(self.shelf)
+        return self._size(*self.shelves)
 
     @property
     def upper(self) -> Pair:
         """The shift of the upper shelf from a single shelf: columns to the left, and rows upward."""
-        return self._column(self.shelf), self.inner[0] + 2 * TILE_PADDING
+        shelf, above = self.shelves
+        return self._column(shelf) - self._column(above), self._rows(above)
 
     def inner_of(self, level: int) -> Pair:
         """Inner rows and columns of a level."""
         # A level's size may be an integer up to rounding.
-        rows, columns = (math.ceil((n - 1) * self.shrink**level - 1e-9) + 1 for n in self.inner)
+        rows, columns = (math.ceil((n - 1) / self.texels(level) - 1e-9) + 1 for n in self.inner)
         return rows, columns
 
     def corner(self, level: int) -> Pair:
@@ -111,39 +161,47 @@ class Cell:
         return self._column(level) - left, upward
 
     def _unrounded(self, level: int) -> float:
-        return self.geometric * (1 - self.shrink**level) + COLUMNS_BESIDE * level
+        if not level:
+            return 0.0
+        return self.column_end - self.geometric / self.texels(level) + COLUMNS_BESIDE * level
 
     def _column(self, level: int) -> int:
         return math.floor(self._unrounded(level) + self.phase)
 
-    def _size(self, shelf: int) -> Pair:
-        """Rows and columns with `shelf` levels on the lower shelf."""
-        rows, columns = self.inner[0] + 2 * TILE_PADDING, self._column(shelf)
+    def _rows(self, level: int) -> int:
+        return self.inner_of(level)[0] + 2 * TILE_PADDING
+
+    def _size(self, shelf: int, above: int) -> Pair:
+        """Rows and columns with `shelf` levels on the lower shelf, and the others above it from level `above` on."""
+        rows, columns = self._rows(0), self._column(shelf)
         if shelf == self.levels:
             return rows, columns
-        return rows + self.inner_of(shelf)[0] + 2 * TILE_PADDING, max(columns, self._column(self.levels) - columns)
+        upper = self._column(above) + self._column(self.levels) - columns
+        return max(rows, self._rows(above) + self._rows(shelf)), max(columns, upper)
 
 
 def cell_for(
-    terms: int, inner: Pair, sigma_b: float, *, whole: Pair | None = None, ratios: tuple[float, ...] = RATIOS
-) -> Cell:
-    """Choose the number and ratio of blur levels for a table's terms, and return their cell.
+    terms: int, inner: Pair, sigma_b: float, *, whole: Pair | None = None, spacings: Sequence[Spacing] = SPACINGS,
+    coarser: float = 1.0,
+) -> Cell:  # fmt: skip
+    """Choose the number and spacing of blur levels for a table's terms, and return their cell.
 
     `whole` is the number of inner rows and columns of a table of every direction; by default the table is one. The
-    first of the ascending ratios is used for which the picture of this whole table is small enough, or else the last.
-    So a part takes less memory than a whole table of the same texels, and is as accurate. The last level is the first
-    with a kernel as wide as lights and roughness need, or the last with _INNER_MIN inner texels along each axis,
-    whichever comes first."""
+    first of the spacings is used for which the picture of this whole table is small enough, or else the last. So a part
+    takes less memory than a whole table of the same texels, and is as accurate. The last level is the first with a
+    kernel as wide as lights and roughness need, or the last with _INNER_MIN inner texels along each axis, whichever
+    comes first. The wider levels have at least 1 / coarser times as many texels to a kernel as level 0."""
 
-    def cell(inner: Pair, ratio: float) -> Cell:
-        wanted = math.ceil(math.log(_WIDEST_KERNEL / sigma_b, ratio) * 2 - 1e-9)
-        held = math.floor(math.log(max(min(inner) - 1, 1) / (_INNER_MIN - 1), ratio) * 2)
-        return Cell(inner, 1 + max(0, min(wanted, held)), ratio)
+    def cell(inner: Pair, spacing: Spacing) -> Cell:
+        k = min(coarser * spacing.stretch, COARSER_MAX)
+        wanted = math.ceil(spacing.level_of(max(_WIDEST_KERNEL / sigma_b, 1.0) ** 2) - 1e-9)
+        held = math.floor(math.log(max(min(inner) - 1, 1) / (k * (_INNER_MIN - 1)), spacing.ratio) * 2)
+        return Cell(inner, 1 + max(0, min(wanted, held)), spacing, k)
 
-    def is_small(ratio: float) -> bool:
-        return terms * math.prod(cell(whole or inner, ratio).size) * BYTES_PER_TEXEL <= FINE_BYTES
+    def is_small(spacing: Spacing) -> bool:
+        return terms * math.prod(cell(whole or inner, spacing).size) * BYTES_PER_TEXEL <= FINE_BYTES
 
-    return cell(inner, next(filter(is_small, ratios), ratios[-1]))
+    return cell(inner, next(filter(is_small, spacings), spacings[-1]))
 
 
 def grid(terms: int, cell: Pair, *, width_min: int = 1) -> Pair:

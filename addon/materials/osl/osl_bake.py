@@ -31,7 +31,6 @@ def _constants(bake_path: Path, layout: Layout, rgb_from_xyz: np.ndarray) -> dic
     (u_low, u_high), (v_low, v_high) = layout.region
     levels = range(layout.levels)
     firsts = [layout.tile_origin(0, level) for level in levels]
-    ratios = [layout.level_ratio**level for level in levels]
     return {
         "ATLAS": file_name(bake_path),
         "WIDTH": float(layout.width),
@@ -50,8 +49,8 @@ def _constants(bake_path: Path, layout: Layout, rgb_from_xyz: np.ndarray) -> dic
         "W_MAX": layout.w_max,
         "SIGMA_B2": layout.sigma_b**2,
         "LEVELS": layout.levels,
-        "LEVEL_VARIANCES": _listed(layout.sigma_b**2 * ratio for ratio in ratios),
-        "LEVEL_TEXELS": _listed(layout.texel * ratio**0.5 for ratio in ratios),
+        "LEVEL_VARIANCES": _listed(layout.sigma_b**2 * layout.spacing.grown(level) for level in levels),
+        "LEVEL_TEXELS": _listed(layout.texel * layout.cell.texels(level) for level in levels),
         "LEVEL_FIRSTS_X": _listed(x + TILE_PADDING for x, _ in firsts),
         "LEVEL_FIRSTS_Y": _listed(y + TILE_PADDING for _, y in firsts),
         "CELL_COLUMNS": layout.cell_columns,

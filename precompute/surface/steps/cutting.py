@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...base.failure import GratingError
+from ..cubic_convolution import read_between
 from ..height_map import HeightMap
 from ..holes import fill_missing
 from .main_wave import main_wave
@@ -41,29 +42,9 @@ def rotate(height_map: HeightMap, degrees: float) -> Done:
         part = y[start : start + _ROWS_AT_ONCE, None]
         row = (part * cos + x * sin) / pixel[0] + (height.shape[0] - 1) / 2
         col = (x * cos - part * sin) / pixel[1] + (height.shape[1] - 1) / 2
-        turned[start : start + _ROWS_AT_ONCE] = _read(height, row, col)
+        turned[start : start + _ROWS_AT_ONCE] = read_between(height, row, col)
     kept = f"{shape[1]} x {shape[0]} of {height_map.cols} x {height_map.rows} pixels are kept"
     return Done(replace(height_map, height_m=turned, periodic=False), kept)
-
-
-def _read(height: np.ndarray, row: np.ndarray, col: np.ndarray) -> np.ndarray:
-    """Interpolate heights by cubic convolution of 4 x 4 pixels (Keys, IEEE Transactions on Acoustics, Speech, and
-    Signal Processing 29, 1981), exact for quadratic surfaces."""
-    (rows, of_row), (cols, of_col) = _taps(row, height.shape[0]), _taps(col, height.shape[1])
-    return sum(of_row[i] * of_col[j] * height[rows[i], cols[j]] for i in range(4) for j in range(4))
-
-
-def _taps(place: np.ndarray, count: int) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Return the four pixels around each place and their weights. Edge pixels are repeated outward."""
-    below = np.floor(place).astype(int)
-    f = place - below
-    weights = [
-        f * (-0.5 + f * (1 - 0.5 * f)),
-        1 + f * f * (-2.5 + 1.5 * f),
-        f * (0.5 + f * (2 - 1.5 * f)),
-        f * f * (-0.5 + 0.5 * f),
-    ]
-    return [np.clip(below + k, 0, count - 1) for k in (-1, 0, 1, 2)], weights
 
 
 def crop(height_map: HeightMap, *sides_um: float) -> Done:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The wider levels of a table: the same light under kernels of 1.5, 2.25, ... times the variance."""
+"""The wider levels of a table: the same light under wider kernels."""
 
 import math
 from dataclasses import replace
@@ -25,32 +25,35 @@ from precompute.surface.samples.reptiles import elaphe
 from precompute.surface.samples.ruled_gratings import blazed
 from precompute.table import atlas
 from precompute.table.table import Table, level_mix
-from precompute.table.tiling import RATIOS
+from precompute.table.tiling import SPACINGS
 
 from .conftest import waves
 
 
 def test_the_levels_are_as_many_as_a_light_asks_for(baked):
-    """From sigma_b = 0.031 the kernel grows to 0.25 by factors of sqrt(1.5). Each level has fewer inner texels by that
-    factor, and keeps all light."""
-    grow = baked.level_ratio**0.5
-    assert grow == 1.5**0.5
-    assert len(baked.levels) == 1 + int(np.ceil(np.log(0.25 / baked.sigma_b) / np.log(grow)))
+    """From sigma_b = 0.031 the kernel grows to 0.25. Each level has fewer inner texels than the one before, at least as
+    many to its kernel as level 0, and keeps all light."""
+    spacing = baked.spacing
+    assert spacing == SPACINGS[0]
+    widest = [baked.sigma_b * spacing.grown(len(baked.levels) - back) ** 0.5 for back in (2, 1)]
+    assert widest[0] < 0.25 <= widest[1]
     for level, tiles in enumerate(baked.levels):
-        inner = int(np.ceil((baked.tile[0] - 5) / grow**level - 1e-9)) + 1
+        texel = baked.cell.texels(level)
+        inner = int(np.ceil((baked.tile[0] - 5) / texel - 1e-9)) + 1
+        assert texel <= spacing.grown(level) ** 0.5 + 1e-9
         assert tiles.shape == (len(baked.terms), inner + 4, inner + 4, 3) and tiles.dtype == np.float32
         assert tiles.flags.c_contiguous
     # All light lies so far inside that only kernels of 0.1 and wider reach over the table's rim.
-    light = [tiles.sum(axis=(1, 2)) * baked.level_ratio**level for level, tiles in enumerate(baked.levels)]
+    light = [tiles.sum(axis=(1, 2)) * baked.cell.texels(level) ** 2 for level, tiles in enumerate(baked.levels)]
     for level in range(1, 7):
         np.testing.assert_allclose(light[level], light[0], rtol=0, atol=2e-3 * np.abs(light[0]).max())
 
 
 @pytest.mark.parametrize("level", [1, 2, 5, 9])
 def test_a_level_is_a_wider_kernel(baked, level):
-    """Each level against exact sums under sigma_b 1.5^(l / 2). Each level has as many texels to its kernel as level 0,
-    so the tolerance is the same: 2 % of the peak (test_bake_against_reference.py)."""
-    sigma = baked.sigma_b * 1.5 ** (level / 2)
+    """Each level against exact sums under its kernel. Each level has as many texels to its kernel as level 0, so the
+    tolerance is the same: 2 % of the peak (test_bake_against_reference.py)."""
+    sigma = baked.sigma_b * baked.spacing.grown(level) ** 0.5
     # Near the table's rim, light that a wide kernel would bring from outside is missing.
     u, v = np.random.default_rng(level).uniform(-0.6, 0.6, (2, 300))
     for w in (0.5, 1.7):
@@ -68,11 +71,12 @@ def test_between_levels_lies_their_mixture(baked):
         return baked.scattered_over_w2(u, v, 1.1, variance=(grown - 1) * baked.sigma_b**2)
 
     for level in range(len(baked.levels) - 1):
-        low, high = read(1.5**level), read(1.5 ** (level + 1))
+        below, above = (baked.spacing.grown(each) for each in (level, level + 1))
+        low, high = read(below), read(above)
         for share in (0.25, 0.5, 0.9):
-            mixed = read(1.5**level * (1 + 0.5 * share))
+            mixed = read((1 - share) * below + share * above)
             np.testing.assert_allclose(mixed, (1 - share) * low + share * high, rtol=1e-5, atol=1e-6 * high.max())
-    last = read(1.5 ** (len(baked.levels) - 1))
+    last = read(baked.spacing.grown(len(baked.levels) - 1))
     np.testing.assert_array_equal(read(1e6), last)
     alone = replace(baked, wider=())
     np.testing.assert_array_equal(alone.scattered_over_w2(u, v, 1.1, variance=1e-3), alone.scattered_over_w2(u, v, 1.1))
@@ -81,12 +85,12 @@ def test_between_levels_lies_their_mixture(baked):
 @pytest.fixture(scope="module", params=[blazed, elaphe])
 def sampled(request):
     """For a sample at a coherence of 12 um: a function that measures the errors of readings under a wider kernel. It
-    takes the factor `grown` of the kernel's variance and compares with sums over the bins of the same spectrum."""
+    takes a place between the levels and compares with sums over the bins of the same spectrum."""
     chosen = plan(prepare(request.param()), BakeRequest(coherence_length_m=12e-6))
     table = with_levels(carry_out(chosen))
 
-    def errors(grown):
-        rng = np.random.default_rng(3)
+    def errors(level):
+        rng, grown = np.random.default_rng(3), table.spacing.grown(level)
         sigma, truths = table.sigma_b * grown**0.5, []
         for w in (0.7, 1.6):
             drawn = draw_pairs(self_check._spectrum(chosen.ensemble, rng), sigma, w, count=250, rng=rng)
@@ -106,22 +110,22 @@ def sampled(request):
 def test_a_level_of_a_sample_keeps_the_budget(sampled, level):
     """Level 0 was asked for a dE00 of 1, and each level has as many texels to its kernel. The luminance may differ by
     1 %, as in a bake's self-check."""
-    errors = sampled(1.5**level)
+    errors = sampled(level)
     assert errors.p99 < 1
     assert errors.relative_dy < 0.01
 
 
-@pytest.mark.parametrize("grown", [1.22, 2.76, 6.2])
-def test_between_levels_orders_are_little_too_bright(sampled, grown):
+@pytest.mark.parametrize("level", [0.5, 2.5, 4.5])
+def test_between_levels_orders_are_little_too_bright(sampled, level):
     """Between two levels the variance is exact, the kernel's shape nearly.
 
-    Let the variance be sqrt(1.5) times that of a level, so that the share of the next level is f = 0.449. In the middle
-    of a narrow order the mixture is 1 - f + f / 1.5 instead of 1 / sqrt(1.5). That is 4.1 % too bright, and the order's
-    flanks lack the same amount. At most half of 4.1 % of all light is misplaced, beside the 1 % of each level. A
-    luminance 4.1 % too high is a dE00 of 1 (38.7 / 3 of L*, times 0.041, at most twice that); flanks and colours add
-    the same again."""
-    errors = sampled(grown)
-    assert errors.relative_dy < 0.0205 + 0.01
+    The first two levels are farthest apart, by a factor of 1.625 in variance. Let the variance be sqrt(1.625) times
+    that of level 0, so that the share of the next level is f = 0.44. In the middle of a narrow order the mixture is 1 -
+    f + f / 1.625 instead of 1 / sqrt(1.625). That is 6 % too bright, and the order's flanks lack the same amount. At
+    most half of 6 % of all light is misplaced, beside the 1 % of each level. A luminance 6 % too high is a dE00 of 1.5
+    (38.7 / 3 of L*, times 0.06, at most twice that); flanks and colours add the same again."""
+    errors = sampled(level)
+    assert errors.relative_dy < 0.03 + 0.01
     assert errors.p99 < 3
 
 
@@ -164,7 +168,7 @@ def test_a_lone_order_has_the_closed_form_of_the_mixture(texels, exact):
     table, gaussian = lone(sigma_b, sigma_b / texels, int(4 / sigma_b * texels))
     u, v = np.random.default_rng(0).normal(0, 0.05, (2, 200))
     for level in range(4):
-        low, high = (sigma_b**2 * 1.5**each for each in (level, level + 1))
+        low, high = (sigma_b**2 * table.spacing.grown(each) for each in (level, level + 1))
         for share in (0.0, 0.3, 0.7, 1.0):
             variance = (1 - share) * low + share * high
             expected = (1 - share) * gaussian(u, v, low) + share * gaussian(u, v, high)
@@ -173,15 +177,15 @@ def test_a_lone_order_has_the_closed_form_of_the_mixture(texels, exact):
 
 
 @settings(deadline=None, max_examples=60)
-@given(st.sampled_from(RATIOS), st.integers(1, 14), st.floats(0, 1e4))
-def test_a_mixture_has_the_variance_that_is_asked_for(ratio, levels, added):
+@given(st.sampled_from(SPACINGS), st.integers(1, 14), st.floats(0, 1e4))
+def test_a_mixture_has_the_variance_that_is_asked_for(spacing, levels, added):
     """The shares are from 0 to 1 and sum to 1, so a mixture keeps the light of its levels and is negative nowhere.
     Rounding moves a share by 1e-12 of the greatest growth asked for, over ratio - 1."""
-    level, share = level_mix(np.array([added]), levels, ratio=ratio)
+    level, share = level_mix(np.array([added]), levels, spacing=spacing)
     assert 0 <= level[0] <= max(levels - 2, 0)
     assert -1e-11 <= share[0] <= 1 + 1e-11
-    mixed = (1 - share[0]) * ratio ** level[0] + share[0] * ratio ** (level[0] + 1)
-    assert mixed == pytest.approx(min(1 + added, ratio ** (levels - 1)), rel=1e-9)
+    mixed = (1 - share[0]) * spacing.grown(level[0]) + share[0] * spacing.grown(level[0] + 1)
+    assert mixed == pytest.approx(min(1 + added, spacing.grown(levels - 1)), rel=1e-9)
 
 
 @settings(deadline=None, max_examples=10)
@@ -198,7 +202,7 @@ def test_levels_keep_the_light_of_any_table(seed, texels):
     near = [np.exp(-0.5 * ((axis[:, None] - rng.uniform(-0.8, 0.8, 6)) / spread) ** 2) for _ in "vu"]
     terms = np.einsum("vk,uk,kc->vuc", *near, rng.uniform(0, 1, (6, 3)))[None].astype(np.float32)
     table = with_levels(Table(terms, np.zeros((2, 3)), sigma_b, texel, "D65", first=(axis[0], axis[0])))
-    light = [tiles.sum(axis=(0, 1, 2), dtype=float) * table.level_ratio**k for k, tiles in enumerate(table.levels)]
+    light = [tiles.sum(axis=(0, 1, 2), dtype=float) * table.cell.texels(k) ** 2 for k, tiles in enumerate(table.levels)]
     for level in range(1, 6):
         np.testing.assert_allclose(light[level], light[0], rtol=1e-4)
 
@@ -247,9 +251,11 @@ def test_a_wide_kernel_finds_nothing_over_the_horizon():
     axis = texel_size(64) * (np.arange(64) - 31.5)
     plain = np.pad(np.ones((1, 60, 60, 3), np.float32), ((0, 0), (2, 2), (2, 2), (0, 0)))
     table = constant((axis, axis), 0.08, plain)
-    tiles = table.wider[3]
-    texel = table.texel * 1.5**2
-    kernel = np.sqrt(1.5**4 * (0.08**2 - table.texel**2 / 3) - (0.08**2 - table.texel**2 / 3))
+    tiles = table.wider[2]
+    texel = table.texel * table.cell.texels(3)
+    # The kernels that the texels of both levels sample, without what the B-splines add.
+    sampled = [table.spacing.grown(3) * 0.08**2 - texel**2 / 3, 0.08**2 - table.texel**2 / 3]
+    kernel = np.sqrt(sampled[0] - sampled[1])
     middle = tiles.shape[1] // 2
     assert tiles[0, :, middle, 0].max() == pytest.approx(1, rel=1e-3)
     # The light ends half a texel of level 0 outside of u = -2, where the table's inner texels begin.

@@ -75,6 +75,20 @@ def test_a_bake_shows_the_first_order_along_its_ring():
     assert spread_variance == pytest.approx(variance + np.radians(SPREAD_DEG) ** 2, rel=0.06)
 
 
+def test_spreading_reports_its_progress():
+    """After the transforms, one step for each node of the series. None is a tenth of the bar."""
+    told = []
+    needs = Needs(Region((0.35, 0.6), (-0.25, 0.25)), w=(1.4, 1.8))
+    request = BakeRequest(3.0, 8e-6, "532nm", needs=needs, spread_deg=SPREAD_DEG)
+    make([scan()], request, progress=lambda *report: told.append(report))
+    stages, fractions = zip(*told, strict=True)
+    order = list(dict.fromkeys(stages))
+    assert order.index("directions") == order.index("transforms") + 1
+    assert stages.count("directions") == stages.count("transforms") > 3
+    steps = np.diff(fractions)
+    assert (steps >= 0).all() and steps[np.array(stages[1:]) == "directions"].max() < 0.1
+
+
 def test_what_has_no_directions_is_refused():
     told = "edges do not wrap has directions to spread; leave --spread-deg out"
     with pytest.raises(GratingError, match=told):

@@ -49,7 +49,7 @@ def test_it_finds_what_sums_over_bins_find(planned, level):
     same w. The 99th percentile of some 600 pairs is exact to a third, the mean to a tenth or so."""
     chosen, exact = planned
     stored = with_levels(exact)
-    wide = replace(chosen, sigma_b=exact.sigma_b * stored.level_ratio ** (level / 2))
+    wide = replace(chosen, sigma_b=exact.sigma_b * stored.spacing.grown(level) ** 0.5)
     rng, truths = np.random.default_rng(5), []
     for w in wide_check._values_of_w(exact):
         drawn = draw_pairs(self_check._spectrum(chosen.ensemble, rng), wide.sigma_b, w, count=150, rng=rng)

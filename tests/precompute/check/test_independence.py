@@ -16,7 +16,7 @@ SHARED = {
     "measure/pairs.py", "measure/shown_colours.py", "optics/brdf.py",
     "optics/fresnel.py", "optics/plate.py", "optics/region.py", "optics/small_slope.py", "reflectance/films.py",
     "reflectance/matter.py", "reflectance/matter_text.py", "reflectance/metals.py",
-    "surface/first_order.py", "surface/height_map.py",
+    "surface/cubic_convolution.py", "surface/first_order.py", "surface/height_map.py",
     "surface/height_spectrum.py", "surface/holes.py", "surface/least_squares_plane.py", "surface/line_noise.py",
     "surface/other_way.py", "surface/periods.py", "surface/relief.py", "surface/steps/cutting.py",
     "surface/steps/defects.py", "surface/steps/lines.py", "surface/steps/loss.py", "surface/steps/main_wave.py",

@@ -7,7 +7,7 @@ import pytest
 from precompute.check.table_file import read_table
 from precompute.table import atlas, atlas_file
 from precompute.table.table import Table
-from precompute.table.tiling import RATIOS, cell_for
+from precompute.table.tiling import SPACINGS, cell_for
 
 
 @pytest.mark.parametrize("precision", [np.float16, np.float32])
@@ -29,26 +29,27 @@ def test_a_table_is_read_as_a_renderer_reads_it(tmp_path, precision):
         np.testing.assert_allclose(read.zero_order_xyz(w), stored.zero_order_xyz(w), rtol=1e-6)
 
 
-@pytest.mark.parametrize("ratio", RATIOS)
+@pytest.mark.parametrize("coarser", [1.0, 1.4])
+@pytest.mark.parametrize("spacing", SPACINGS)
 @pytest.mark.parametrize("inner", [(30, 200), (57, 23), (200, 201)])
-def test_every_level_is_read(tmp_path, ratio, inner):
+def test_every_level_is_read(tmp_path, spacing, inner, coarser):
     """Tiles of random numbers on every level: a texel from another place would be another number."""
     rng = np.random.default_rng(1)
-    cell = cell_for(3, inner, 0.02, ratios=(ratio,))
+    cell = cell_for(3, inner, 0.02, spacings=(spacing,), coarser=coarser)
     levels = [
         rng.standard_normal((3, *(count + 4 for count in cell.inner_of(level)), 3)).astype(np.float32)
         for level in range(cell.levels)
     ]
     table = Table(
         levels[0], rng.random((600, 3)), 0.02, 0.01, "E", first=(-0.1, -0.4), precision=np.float32,
-        wider=tuple(levels[1:]), level_ratio=ratio,
+        wider=tuple(levels[1:]), spacing=spacing, coarser=cell.coarser,
     )  # fmt: skip
     path = tmp_path / "table.exr"
     atlas_file.write_together({path: atlas.pack(table)}, {"model": "ensemble"})
     read, stored = read_table(path), atlas_file.read(path)[0]
     assert len(read.wider) == cell.levels - 1
     u, v = rng.uniform(-0.5, 2.1, 200), rng.uniform(-0.2, 0.4, 200)
-    for added in (0, 0.3, ratio - 1, 2.2 * ratio, 300):
+    for added in (0, 0.3, spacing.grown(1) - 1, 2.2 * spacing.ratio, 300):
         variance = added * table.sigma_b**2
         expected = stored.scattered_over_w2(u, v, 1.2, variance=variance)
         np.testing.assert_allclose(read.scattered_over_w2(u, v, 1.2, variance=variance), expected, rtol=0, atol=1e-5)

@@ -256,6 +256,7 @@ def test_another_model_and_another_version(refused, baked, scan, tmp_path):
     ("illuminant", "moon"), ("scale", "1"), ("scale", 1e39), ("columns", None), ("zero_order_samples", 1),
     ("rows", 2.5), ("inner_rows", 10**4), ("inner_columns", 0), ("levels", 10**9), ("levels", "2"), ("u_first", 9.0),
     ("bound_texels", 10**6), ("level_ratio", 0.5), ("level_ratio", "2"),
+    ("level_offset", -0.1), ("level_coarser", 0.5), ("level_coarser", None),
 ])  # fmt: skip
 def test_a_header_that_cannot_be(refused, baked, scan, tmp_path, key, value):
     layout = {**atlas_file.read(baked)[1]["layout"], key: value}

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from laboratory.benchmarks import levels
 from precompute.table.table import Table
+from precompute.table.tiling import Spacing
 
 RATIO = st.sampled_from([1.5, 2.0, 4.0])
 
@@ -43,7 +44,13 @@ def test_a_uniform_table_has_its_light_under_every_kernel():
     """`light` of equal levels is 1 for the product's mix, but not for a formula for lone orders."""
     tile = np.ones((1, 60, 60, 3), np.float32)
     table = Table(
-        tile, np.zeros((2, 3)), 0.08, 4 / 55, "D65", wider=(tile[:, :50, :50], tile[:, :41, :41]), level_ratio=1.5
+        tile,
+        np.zeros((2, 3)),
+        0.08,
+        4 / 55,
+        "D65",
+        wider=(tile[:, :50, :50], tile[:, :41, :41]),
+        spacing=Spacing(1.5, 0.0),
     )
     assert levels.light(table, levels.linear, 1.25) == pytest.approx(1, rel=1e-6)
     assert levels.light(table, levels.gaussian, 1.25) == pytest.approx(1.5**0.6 / 1.25, rel=1e-6)
@@ -53,7 +60,7 @@ def test_nearer_levels_are_truer(tmp_path, capsys):
     path = tmp_path / "levels.json"
     levels.main(["--surfaces", "sample:sinusoidal", "--growths", "2", "--json", str(path)])
     rows = {(row["ratio"], row["mix"]): row for row in json.loads(path.read_text())["rows"]}
-    assert set(rows) == {(ratio, mix) for ratio in (1.5, 2.0, 4.0) for mix in ("linear", "Gaussian")}
+    assert set(rows) == {(spacing.ratio, mix) for spacing in levels.TRIED for mix in ("linear", "Gaussian")}
     told = capsys.readouterr().out
     assert told.count("sample:sinusoidal") == len(rows)
     nearest, farthest = rows[1.5, "linear"], rows[4.0, "linear"]

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Shared by tests of tables and sample sets: small random tables, a scan, and the sample set of its spectrum."""
 
-import math
-
 import numpy as np
 import OpenEXR
 import pytest
@@ -13,6 +11,7 @@ from precompute.spectra.fast import fast_series
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
 from precompute.table.table import Table
+from precompute.table.tiling import SPACINGS, Cell
 
 S_MAX, GRID_MAX = 2 / 380e-9, 5.6e6
 # Values of s to test: from w = 0.4 at 700 nm to w = 2 at 400 nm.
@@ -57,14 +56,18 @@ def scan():
     return series, found, bins_of(found, series)
 
 
-def random_bake(terms=5, resolution=12, samples=20, peak=1.0, *, seed=0, levels=1, ratio=1.5):
+def random_bake(terms=5, resolution=12, samples=20, peak=1.0, *, seed=0, levels=1, spacing=SPACINGS[0]):
     """A table with random tiles of `resolution` texels on the first level: one number, or (rows, columns)."""
     rng = np.random.default_rng(seed)
     tile = np.broadcast_to(resolution, 2)
-    sizes = [[math.ceil((n - 5) * ratio ** (-level / 2) - 1e-9) + 5 for n in tile] for level in range(levels)]
+    cell = Cell((tile[0] - 4, tile[1] - 4), levels, spacing, spacing.stretch)
+    sizes = [[n + 4 for n in cell.inner_of(level)] for level in range(levels)]
     tiles, *wider = ((peak * rng.uniform(-1, 1, (terms, *size, 3))).astype(np.float32) for size in sizes)
     texel = 4 / (tile.max() - 5)
-    return Table(tiles, rng.uniform(0, 1.1, (samples, 3)), 0.04, texel, "D65", wider=tuple(wider), level_ratio=ratio)
+    return Table(
+        tiles, rng.uniform(0, 1.1, (samples, 3)), 0.04, texel, "D65", wider=tuple(wider), spacing=spacing,
+        coarser=cell.coarser,
+    )  # fmt: skip
 
 
 def refusal(path, *readers):

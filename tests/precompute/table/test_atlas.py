@@ -16,7 +16,7 @@ from precompute.table.tiling import (
     BYTES_PER_TEXEL,
     COLUMNS_BESIDE,
     FINE_BYTES,
-    RATIOS,
+    SPACINGS,
     TILE_PADDING,
     Cell,
     cell_for,
@@ -28,16 +28,16 @@ few = settings(deadline=None, max_examples=40)
 
 
 @few
-@given(st.integers(2, 30), st.floats(-12, 12), st.integers(0, 2**32), st.integers(1, 4), st.sampled_from(RATIOS))
-def test_what_is_packed_comes_back(terms, decades, seed, levels, ratio):
+@given(st.integers(2, 30), st.floats(-12, 12), st.integers(0, 2**32), st.integers(1, 4), st.sampled_from(SPACINGS))
+def test_what_is_packed_comes_back(terms, decades, seed, levels, spacing):
     """To the rounding of half floats: 2^-11 of a value, and steps of 2^-24 below 2^-14. The scale puts the largest
     value between 4096 and 8192."""
-    table = random_bake(terms, 12, 20, 10.0**decades, seed=seed, levels=levels, ratio=ratio)
+    table = random_bake(terms, 12, 20, 10.0**decades, seed=seed, levels=levels, spacing=spacing)
     image, layout = atlas.pack(table)
     assert image.dtype == np.float16
     assert np.isfinite(image).all()
     again = atlas.unpack(image, layout)
-    assert (len(again.levels), again.level_ratio) == (levels, ratio)
+    assert (len(again.levels), again.spacing, again.coarser) == (levels, spacing, table.coarser)
     stored = [(one, other, layout.scale) for one, other in zip(table.levels, again.levels, strict=True)]
     for one, other, scale in (*stored, (table.zero_order, again.zero_order, 1)):
         assert (np.abs(one - other) <= np.abs(one) * 2.0**-11 * 1.0001 + 2.0**-25 * scale).all()
@@ -63,14 +63,14 @@ def test_a_mirror_packs():
     assert not atlas.unpack(*atlas.pack(black)).zero_order.any()
 
 
-@pytest.mark.parametrize("ratio", [1.5, 4.0])
+@pytest.mark.parametrize("spacing", [SPACINGS[0], SPACINGS[-1]])
 @pytest.mark.parametrize("levels", [1, 4, 13])
 @pytest.mark.parametrize("terms", [2, 7, 12, 23])
 @pytest.mark.parametrize("resolution", [6, 15, (41, 70), (300, 33)])
-def test_tiles_do_not_overlap(terms, resolution, levels, ratio):
+def test_tiles_do_not_overlap(terms, resolution, levels, spacing):
     """Every tile of every level lies inside the picture and above the strip, on its own texels. Few texels are left
     empty, since all take memory. The picture is only a little longer than wide."""
-    table = random_bake(terms, resolution, 6, levels=levels, ratio=ratio)
+    table = random_bake(terms, resolution, 6, levels=levels, spacing=spacing)
     layout = atlas.layout_of(table)
     taken = np.zeros((layout.height, layout.width), int)
     taken[: layout.strip_rows] += 1
@@ -89,47 +89,63 @@ def test_tiles_do_not_overlap(terms, resolution, levels, ratio):
         assert long <= 3 * short
 
 
-@pytest.mark.parametrize("ratio", RATIOS)
+@pytest.mark.parametrize("coarser", [1.0, 1.4, 2.0])
+@pytest.mark.parametrize("spacing", SPACINGS)
 @pytest.mark.parametrize("side", [8, 60, 231, 2043])
-def test_a_cell_is_little_more_than_its_tiles(side, ratio):
+def test_a_cell_is_little_more_than_its_tiles(side, spacing, coarser):
     """At most a third of a cell is lost to shelves and rounding."""
-    cell = Cell((side, side), 14, ratio)
+    cell = Cell((side, side), 14, spacing, coarser)
     tiles = sum(math.prod(n + 2 * TILE_PADDING for n in cell.inner_of(level)) for level in range(14))
     assert math.prod(cell.size) < 1.5 * tiles
 
 
 @few
-@given(st.tuples(*[st.integers(8, 2043)] * 2), st.integers(1, 22), st.sampled_from(RATIOS), st.integers(0, 2**32))
-def test_where_a_level_is_read_is_of_closed_form(inner, levels, ratio, seed):
+@given(st.tuples(*[st.integers(8, 2043)] * 2), st.integers(1, 22), st.sampled_from(SPACINGS), st.floats(1, 4))
+def test_where_a_level_is_read_is_of_closed_form(inner, levels, spacing, coarser):
     """The formula by which a material finds a level known only during shading, in floats of 24 bits and with a power
     off by up to 4 last digits."""
-    cell = Cell(inner, levels, ratio)
-    off = np.random.default_rng(seed).uniform(-4, 4, levels) * 2.0**-24
-    shrink = (cell.shrink ** np.arange(levels) * (1 + off)).astype(np.float32)
-    along = shrink * np.float32(-cell.geometric) + np.float32(cell.geometric + cell.phase)
-    x = np.floor(np.arange(levels, dtype=np.float32) * np.float32(COLUMNS_BESIDE) + along)
+    cell = Cell(inner, levels, spacing, coarser)
+    off = np.random.default_rng(levels).uniform(-4, 4, levels) * 2.0**-24
+    power = (cell.shrink ** np.arange(levels) * (1 + off)).astype(np.float32)
+    shrink = np.maximum(power * np.float32(1 / coarser), np.float32(1) - np.arange(levels, dtype=np.float32))
+    along = shrink * np.float32(-cell.geometric) + np.float32(cell.column_end + cell.phase)
+    x = np.floor(np.maximum(np.arange(levels, dtype=np.float32) * np.float32(COLUMNS_BESIDE) + along, 0))
     above = np.arange(levels) >= cell.shelf
     places = np.stack([x - above * cell.upper[0], above * cell.upper[1]], axis=-1)
     np.testing.assert_array_equal(places, [cell.corner(level) for level in range(levels)])
 
 
 def test_levels_stand_nearer_where_memory_allows():
-    """The ratio is the smallest whose picture takes at most FINE_BYTES. The last level reaches a kernel of 0.25, or is
+    """The spacing is the closest whose picture takes at most FINE_BYTES. The last level reaches a kernel of 0.25, or is
     the last one with eight inner texels."""
-    for side, ratio in ((200, 1.5), (800, 2.0), (1500, 4.0)):
+    for side in (200, 800, 1500):
         cell = cell_for(4, (side, side), 4 / side)
-        assert cell.ratio == ratio
-        assert 4 / side * ratio ** ((cell.levels - 2) / 2) < 0.25 <= 4 / side * ratio ** ((cell.levels - 1) / 2)
-        nearer = [other for other in RATIOS if other < ratio]
-        assert 4 * math.prod(cell.size) * BYTES_PER_TEXEL <= FINE_BYTES or ratio == RATIOS[-1]
-        for other in nearer:
-            assert 4 * math.prod(Cell((side, side), 14, other).size) * BYTES_PER_TEXEL > FINE_BYTES
-    # A part of a table has the whole table's ratio, even if a smaller one would fit.
+        spacing, last = cell.spacing, cell.levels - 1
+        assert spacing.grown(last - 1) < (0.25 * side / 4) ** 2 <= spacing.grown(last)
+        number = SPACINGS.index(spacing)
+        assert 4 * math.prod(cell.size) * BYTES_PER_TEXEL <= FINE_BYTES or spacing == SPACINGS[-1]
+        for other in SPACINGS[:number]:
+            assert 4 * math.prod(Cell((side, side), 14, other, other.stretch).size) * BYTES_PER_TEXEL > FINE_BYTES
+        assert (number > 0) == (side > 200)
+    # A part of a table has the whole table's spacing, even if a closer one would fit.
+    whole = cell_for(4, (800, 800), 4 / 800)
     part = cell_for(4, (200, 300), 4 / 800, whole=(800, 800))
-    assert part.ratio == 2 and part.inner == (200, 300) and cell_for(4, (200, 300), 4 / 800).ratio == 1.5
+    assert part.spacing == whole.spacing != cell_for(4, (200, 300), 4 / 800).spacing and part.inner == (200, 300)
     small = cell_for(4, (20, 90), 1e-3)
     assert min(small.inner_of(small.levels - 1)) >= 8
-    assert min(Cell(small.inner, small.levels + 1, small.ratio).inner_of(small.levels)) <= 8
+    assert min(replace(small, levels=small.levels + 1).inner_of(small.levels)) <= 8
+
+
+def test_wider_levels_have_fewer_texels_to_their_kernels_as_asked():
+    """At most `coarser` times fewer than level 0, and that at level 1. So a smaller error takes finer texels on level 0
+    alone, and their memory serves closer levels."""
+    for coarser in (1.0, 1.35):
+        cell = cell_for(6, (700, 700), 0.0074, coarser=coarser)
+        texels = [cell.texels(level) / cell.spacing.grown(level) ** 0.5 for level in range(cell.levels)]
+        assert texels[0] == 1 and texels[1] == pytest.approx(coarser)
+        assert texels[1:] == sorted(texels[1:], reverse=True)
+    even, coarse = (cell_for(6, (700, 700), 0.0074, coarser=coarser).spacing for coarser in (1.0, 1.35))
+    assert SPACINGS.index(coarse) < SPACINGS.index(even)
 
 
 def test_the_layout_tells_what_it_covers():

@@ -176,6 +176,8 @@ def test_another_version_is_refused(tmp_path):
     {"inner_rows": 10**6}, {"inner_columns": 3}, {"bound_texels": 1}, {"bound_texels": 10**6},
     {"bound_texels": 2, "strip_rows": 6}, {"bound_texels": -1, "strip_rows": 3},
     {"columns": 5, "rows": 1}, {"level_ratio": 3.0}, {"level_ratio": 0.0}, {"level_ratio": "4"},
+    {"level_offset": 0.7}, {"level_offset": None}, {"level_coarser": 0.9}, {"level_coarser": 5.0},
+    {"level_coarser": "1"},
     {"terms": True}, {"terms": 20_000, "rows": 10_000}, {"levels": 0}, {"levels": True}, {"illuminant": "moon"},
     {"illuminant": ["D65"]}, {"sigma_b": 0}, {"sigma_b": 1e-300}, {"sigma_b": 50}, {"sigma_b": float("nan")},
     {"scale": 1e300}, {"scale": 5e-324}, {"scale": True}, {"texel": 1e300}, {"texel": 1e-300}, {"texel": 10**400},
