@@ -17,9 +17,10 @@ from precompute.presets.presets import read_preset
 from precompute.surface.samples.catalogue import matter_of
 from sample_scenes.demo import LASER, REAL_SCANS, SCANS, Stopwatch, render_scene
 
-# Scenes without sun lamps, and the lights of relight.py, which replace sun lamps. relight.py itself runs only in
-# Blender.
+# Scenes without sun lamps; what a snake can lie on (sets.py); and the lights of relight.py, which replace sun lamps.
+# sets.py and relight.py themselves run only in Blender.
 WITHOUT_SUNS = {"room", "shed"}
+SETS = ("soil", "shed", "terrarium", "turntable")
 WORLDS = ("studio", "sky", "overcast", "room", "area")
 # Each scale shows one of two reliefs. The direction turns slowly, in patches of 15 mm.
 _OTHER_PLATES = {"sample:xenopeltis": 0.35}
@@ -62,6 +63,7 @@ SCENES = {
     "close_xenopeltis": _animal("close"),
     "close_elaphe": _animal("close", "ELAPHE"),
     "turntable": _animal("turntable"),
+    "terrarium": _animal("terrarium"),
     "ball": SampleScene("ball.py", {"Ball": "sample:elaphe"}),
     "foil": SampleScene("ball.py", {"Foil": "sample:cd"}, ("--thing", "foil"), matter=_FOIL_MATTER),
     "cd": _disc("cd", "CD"),
@@ -92,6 +94,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--samples", type=count(1, 1 << 20), help="of a pixel; default: the scene's own, 16 to 128")
     parser.add_argument("--width", type=count(4, 8192), default=960)
     parser.add_argument("--faces", type=count(11_000, 1_000_000), help="of a snake; default: 200000")
+    parser.add_argument("--set", choices=SETS, help="what a snake lies on; default: the scene's")
     parser.add_argument("--bpy", choices=[e.blender_version for e in ALL], help="the bpy wheel to render with")
     parser.add_argument("--blender", type=Path, help="the Blender binary to render with")
     arguments = parser.parse_args(argv)
@@ -113,8 +116,9 @@ def make(name: str, scene: SampleScene, output: Path, *, arguments: argparse.Nam
         panorama = output / "room.exr"
         watch.run("room: panorama", [sys.executable, "-m", "sample_scenes.room", "--output", panorama])
         options += ["--panorama", panorama]
-    if scene.script == "animal.py" and arguments.faces:
-        options += ["--faces", arguments.faces]
+    if scene.script == "animal.py":
+        options += ["--faces", arguments.faces] if arguments.faces else []
+        options += ["--set", arguments.set] if arguments.set else []
     edits = []
     lights = ["--lights", arguments.lights] if arguments.lights else []
     lights += ["--no-shadows"] if arguments.no_shadows else []

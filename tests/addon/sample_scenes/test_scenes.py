@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 from precompute.presets.presets import read_preset
-from sample_scenes import animal, discs, relight, scenes
+from sample_scenes import animal, discs, relight, scenes, sets
 from sample_scenes.demo import Stopwatch
 
 SCRIPTS = [name for name, scene in scenes.SCENES.items() if scene.script != "animal.py"]
@@ -42,7 +42,8 @@ def test_views_of_the_animal(addon, view, tmp_path):
     image.save()
     options = ["--view", view, "--faces", "11000", "--panorama", str(panorama)]
     animal.main(["--output", str(tmp_path / "a.blend"), *options])
-    assert {"Snake", "Soil", "Camera"} <= set(bpy.data.objects.keys())
+    ground = {"turntable": "Plate"}.get(animal.VIEWS[view].ground, "Soil")
+    assert {"Snake", ground, "Camera"} <= set(bpy.data.objects.keys())
     lamps = [o for o in bpy.data.objects if o.type == "LIGHT"]
     assert len(lamps) == {"suns": len(animal.SUNS["XENOPELTIS"]), "one sun": 1}.get(animal.VIEWS[view].light, 0)
 
@@ -81,6 +82,7 @@ def test_another_light_takes_the_place_of_the_suns(world, monkeypatch):
     if world == "area":
         assert nodes["Background"].inputs["Strength"].default_value == 0
     assert list(relight.WORLDS) == list(scenes.WORLDS)
+    assert list(sets.SETS) == list(scenes.SETS)
 
 
 def test_scenes_without_suns_are_not_lit_anew(tmp_path, monkeypatch, capsys):
