@@ -12,13 +12,14 @@ level before, these errors would add up: at level 14 of the scan of Elaphe the d
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Literal
 
 import numpy as np
 
 from ..maths import bspline
 from ..table.table import Table
-from ..table.tiling import TILE_PADDING, Cell, cell_for
+from ..table.tiling import SPACINGS, TILE_PADDING, Cell, cell_for
 
 _Mode = Literal["constant", "edge"]
 # The interpolation is a sinc under a Gaussian of this standard deviation, in samples. It is cut off at four standard
@@ -39,16 +40,15 @@ def narrower(sigma: float, texel: float) -> float:
 
 
 def with_levels(table: Table, cell: Cell | None = None, *, coarser: float = 1.0) -> Table:
-    """Add the wider blur levels to a table: a given cell's, or as many and as close as memory allows. `coarser` is
-    cell_for's.
+    """Add the wider blur levels to a table: a given cell's, or as many and as close as memory allows. If the closest do
+    not fit, the wider levels may have `coarser` times fewer texels to their kernels than level 0.
 
     A wider kernel reaches past the rim of the table. If the table ends at |u| = 2, there is no light beyond the rim. If
     its region ends earlier, the values at the rim are repeated."""
     modes: list[_Mode] = [
         "constant" if low <= 1e-9 - 2 and high >= 2 - 1e-9 else "edge" for low, high in table.region[::-1]
     ]
-    side = math.ceil(4 / table.texel - 1e-9) + 1
-    cell = cell or cell_for(len(table.terms), table.inner, table.sigma_b, whole=(side, side), coarser=coarser)
+    cell = cell or _cell(table, coarser)
     # The kernel that the source's texels sample, in texels of level 0, and the one to sample at a level's texels.
     held = narrower(table.sigma_b, table.texel) / table.texel
     found, source, finest = [table.terms], table.terms, 1.0
@@ -64,6 +64,14 @@ def with_levels(table: Table, cell: Cell | None = None, *, coarser: float = 1.0)
             source = _resampled(source, added, step=finer / finest, inner=(rows, columns), modes=modes)
             finest, held = finer, sampled
     return replace(table, wider=tuple(found[1:]), spacing=cell.spacing, coarser=cell.coarser)
+
+
+def _cell(table: Table, coarser: float) -> Cell:
+    """The cell with the closest levels that memory allows, if need be with coarser texels on the wider ones."""
+    side = math.ceil(4 / table.texel - 1e-9) + 1
+    choose = partial(cell_for, len(table.terms), table.inner, table.sigma_b, whole=(side, side))
+    even = choose()
+    return even if even.spacing == SPACINGS[0] else choose(coarser=coarser)
 
 
 def _resampled(

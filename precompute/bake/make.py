@@ -43,7 +43,7 @@ _MARGIN = 2.0
 # different origin add by their squares: 0.7 without the basis and 0.5 by it are 0.9 together, 0.7 and 0.8 are 1.06.
 _BEFORE_ROUNDING, _OF_BASIS, _OF_BASIS_AT_ONE_W = 0.9, 0.5, 1.0
 # The error of a table read by B-splines grows as this power of its texels. What is asked below a dE00 of 1 binds the
-# first level alone: the wider levels have texels for a dE00 of 1. Their memory serves more levels, which are closer.
+# first level alone: if memory is short, the wider levels have texels for a dE00 of 1, and are closer to each other.
 _ORDER_OF_TEXELS = 4
 # The share of the progress for the first attempt. A second attempt is the exception, so it gets the rest.
 _FIRST = 0.9

@@ -23,7 +23,7 @@ from precompute.reference.ensemble_reference import reference_xyz
 from precompute.surface.relief import prepare
 from precompute.surface.samples.reptiles import elaphe
 from precompute.surface.samples.ruled_gratings import blazed
-from precompute.table import atlas
+from precompute.table import atlas, tiling
 from precompute.table.table import Table, level_mix
 from precompute.table.tiling import SPACINGS
 
@@ -47,6 +47,16 @@ def test_the_levels_are_as_many_as_a_light_asks_for(baked):
     light = [tiles.sum(axis=(1, 2)) * baked.cell.texels(level) ** 2 for level, tiles in enumerate(baked.levels)]
     for level in range(1, 7):
         np.testing.assert_allclose(light[level], light[0], rtol=0, atol=2e-3 * np.abs(light[0]).max())
+
+
+def test_wider_levels_are_coarser_only_for_want_of_memory(baked, monkeypatch):
+    """Level 1 then has 1.3 times fewer texels to its kernel than level 0."""
+    alone = replace(baked, wider=())
+    assert with_levels(alone, coarser=1.3).cell == baked.cell
+    monkeypatch.setattr(tiling, "FINE_BYTES", 1 << 20)
+    tight = with_levels(alone, coarser=1.3)
+    assert tight.spacing == SPACINGS[-1]
+    assert tight.cell.texels(1) == pytest.approx(1.3 * tight.spacing.grown(1) ** 0.5)
 
 
 @pytest.mark.parametrize("level", [1, 2, 5, 9])
