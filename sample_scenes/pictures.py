@@ -3,7 +3,7 @@
 
 python -m sample_scenes.pictures --output DIR [--bpy 5.2] [--samples 16 --width 480]
 
-Elaphe's sheet uses the real scan if its file is present, else the shipped sample that imitates it."""
+The sheets use the real scans if their files are present, else the shipped samples that imitate them."""
 
 import json
 import sys
@@ -17,6 +17,7 @@ from devtools.steps import clean_environment
 from precompute.cli.option_types import count
 from precompute.cli.parser import OneLineParser
 from sample_scenes.demo import Stopwatch, start_blender, subjects
+from sample_scenes.sheet import join
 
 ZOOMS, AZIMUTHS = ("whole", "bends", "scales"), (128, 90, 52)
 
@@ -31,9 +32,8 @@ def main(argv: list[str] | None = None) -> int:
     arguments = parser.parse_args(argv)
     arguments.blender = None
     found = {subject.folder.name: [subject.file, *subject.options] for subject in subjects(arguments.output)}
-    scan = found.get("elaphe_65um", ["sample:elaphe"])
-    for name, height_map in (("elaphe", scan), ("xenopeltis", ["sample:xenopeltis"])):
-        sheet(name, height_map, arguments)
+    for name in ("elaphe", "xenopeltis"):
+        sheet(name, found.get(f"{name}_65um", [f"sample:{name}"]), arguments)
     return 0
 
 
@@ -45,23 +45,23 @@ def sheet(name: str, height_map: list, arguments) -> None:
     bake = [sys.executable, "-m", "precompute", "bake", *height_map, "-o", folder, "--json", "-"]
     baked = json.loads(watch.run(f"{name}: bake", bake))["files"][0]
     scene = folder / "snake.blend"
+    stage = ["--species", name.upper(), "--set", "turntable"]
     script = ["--background", "--python-exit-code", "1", "--python"]
     views = [scene, *script, ROOT / "sample_scenes" / "views.py", "--", "--output", folder]
     steps = {
-        "scene": [*script, ROOT / "sample_scenes" / "stage.py", "--", "--output", scene],
-        "assign": [scene, "--background", "--command", "grating", "assign", baked, "--object", "Snake"],
+        "scene": [*script, ROOT / "sample_scenes" / "animal.py", "--", "--output", scene, *stage],
+        "assign": [scene, "--background", "--command", "grating", "assign", baked, "--object", "Snake", "--over"],
         "views": [*views, "--samples", arguments.samples, "--width", arguments.width],
     }
     for step, command in steps.items():
         launch = start_blender(arguments, [str(part) for part in command])
         watch.run(f"{name}: {step}", launch.command, env=clean_environment(**launch.variables))
-    rows = [[Image.open(folder / f"{zoom}_{azimuth}.png").convert("RGB") for azimuth in AZIMUTHS] for zoom in ZOOMS]
-    width, height = rows[0][0].size
-    picture = Image.new("RGB", (width * len(AZIMUTHS), height * len(ZOOMS)))
-    for y, row in enumerate(rows):
-        for x, part in enumerate(row):
-            picture.paste(part, (x * width, y * height))
-    picture.save(arguments.output / f"snake_{name}.png", optimize=True)
+    tiles = [
+        (f"{zoom}, sun at {azimuth}", Image.open(folder / f"{zoom}_{azimuth}.png").convert("RGB"))
+        for zoom in ZOOMS
+        for azimuth in AZIMUTHS
+    ]
+    join(tiles, len(AZIMUTHS)).save(arguments.output / f"snake_{name}.jpg", quality=86, optimize=True)
 
 
 if __name__ == "__main__":

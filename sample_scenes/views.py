@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Renders the stage at three zooms under three suns. The material follows the lamp by itself.
+"""Renders a snake (animal.py) at three zooms under three suns. The material follows the lamp by itself.
 
 blender FILE --background --python sample_scenes/views.py -- --output DIR [--samples 16 --width 480]"""
 
@@ -16,15 +16,26 @@ if not __package__:  # `blender --python` runs this file as a script
     sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from precompute.cli.option_types import count
 from precompute.cli.parser import OneLineParser
+from sample_scenes.studio import wrap_in_dusk
 
 # Name, focal length in mm, and camera target: the whole animal, two of its bends, single scales.
 ZOOMS = (
-    ("whole", 74.0, (-0.036, -0.025, 0.02)),
-    ("bends", 240.0, (-0.03, -0.05, 0.03)),
-    ("scales", 900.0, (-0.03, -0.047, 0.03)),
+    ("whole", 80.0, (-0.015, -0.015, 0.01)),
+    ("bends", 200.0, (-0.075, -0.01, 0.02)),
+    ("scales", 560.0, (-0.02, -0.037, 0.018)),
 )
 SUN_AZIMUTHS_DEG = (128.0, 90.0, 52.0)
-SUN_ELEVATION_DEG = 30.0
+SUN_ELEVATION_DEG, SUN_STRENGTH, SUN_ANGLE_DEG = 30.0, 14.0, 1.5
+
+
+def leave_one_sun(scene: bpy.types.Scene) -> bpy.types.Object:
+    """Remove all lamps but the first, make it a small sun, and dim the world."""
+    sun, *others = [thing for thing in scene.objects if thing.type == "LIGHT"]
+    for each in others:
+        bpy.data.objects.remove(each)
+    sun.data.energy, sun.data.angle = SUN_STRENGTH, radians(SUN_ANGLE_DEG)
+    wrap_in_dusk(scene, 0.1)
+    return sun
 
 
 def turn_sun(sun: bpy.types.Object, azimuth_deg: float) -> None:
@@ -51,10 +62,11 @@ def main(argv: list[str]) -> None:
     scene.cycles.use_denoising = False
     scene.render.resolution_x, scene.render.resolution_y = arguments.width, arguments.width * 9 // 16
     scene.render.image_settings.file_format = "PNG"
+    sun = leave_one_sun(scene)
     for zoom, lens, target in ZOOMS:
         aim(scene.camera, lens, target)
         for azimuth in SUN_AZIMUTHS_DEG:
-            turn_sun(bpy.data.objects["Sun"], azimuth)
+            turn_sun(sun, azimuth)
             scene.render.filepath = str(arguments.output.resolve() / f"{zoom}_{azimuth:.0f}.png")
             bpy.ops.render.render(write_still=True)
 
