@@ -18,6 +18,7 @@ from typing import Literal
 import numpy as np
 
 from ..maths import bspline
+from ..optics.region import FARTHEST
 from ..table.table import Table
 from ..table.tiling import SPACINGS, TILE_PADDING, Cell, cell_for
 
@@ -44,14 +45,15 @@ def with_levels(table: Table, cell: Cell | None = None, *, coarser: float = 1.0)
     not fit, the wider levels may have `coarser` times fewer texels to their kernels than level 0.
 
     A wider kernel reaches past the rim of the table. If the table ends at |u| = 2, there is no light beyond the rim. If
-    its region ends earlier, the values at the rim are repeated."""
+    its region ends earlier, the values at the rim are repeated. Light beyond the sky, in the corners of a table that
+    ends at |u| = 2, is left out of the wider levels."""
     modes: list[_Mode] = [
         "constant" if low <= 1e-9 - 2 and high >= 2 - 1e-9 else "edge" for low, high in table.region[::-1]
     ]
     cell = cell or _cell(table, coarser)
     # The kernel that the source's texels sample, in texels of level 0, and the one to sample at a level's texels.
     held = narrower(table.sigma_b, table.texel) / table.texel
-    found, source, finest = [table.terms], table.terms, 1.0
+    found, source, finest = [table.terms], table.terms * sky_share(table)[..., None], 1.0
     for level in range(1, cell.levels):
         texel = cell.texels(level)
         sampled = narrower(table.sigma_b * math.sqrt(cell.spacing.grown(level)), texel * table.texel) / table.texel
@@ -64,6 +66,13 @@ def with_levels(table: Table, cell: Cell | None = None, *, coarser: float = 1.0)
             source = _resampled(source, added, step=finer / finest, inner=(rows, columns), modes=modes)
             finest, held = finer, sampled
     return replace(table, wider=tuple(found[1:]), spacing=cell.spacing, coarser=cell.coarser)
+
+
+def sky_share(table: Table) -> np.ndarray:
+    """The share (rows, columns) of each texel of level 0 that lies in the sky: within the |(u, v)| of any pair."""
+    v, u = table.axes
+    inside = FARTHEST / table.plate_ior - np.hypot(u, v[:, None])
+    return np.clip(inside / table.texel + 0.5, 0, 1).astype(np.float32)
 
 
 def _cell(table: Table, coarser: float) -> Cell:

@@ -21,6 +21,7 @@ from ..optics.plate import least_cosine
 from ..optics.region import FARTHEST
 from ..table.table import Table
 from .basis import lit_places
+from .blur_levels import sky_share
 
 # The number of values of w, and of direction pairs at each, under each kernel.
 _GROUPS, _PAIRS = 8, 80
@@ -100,7 +101,7 @@ def _truths(
     stored: Table, exact: Table, w: float, levels: Sequence[float], rng: np.random.Generator
 ) -> Iterator[Truth]:
     """The light of a table at one w under the kernel of each of some levels, at direction pairs."""
-    image = exact.at_w(w).astype(np.float32)
+    image = exact.at_w(w).astype(np.float32) * sky_share(exact)[..., None]
     # The texels' own kernel is narrower than sigma_b by what a reading adds.
     octaves = _octaves(image, (exact.sigma_b / exact.texel) ** 2 - bspline.VARIANCE)
     zero_order = exact.zero_order_xyz(w)

@@ -60,12 +60,14 @@ class Cells:
             found[part] = (along_x[..., 0] * kernel_y[part]).sum(axis=1)
         return found
 
-    def wide_density(self, u: np.ndarray, v: np.ndarray, lam: float, *, sigma: np.ndarray) -> np.ndarray:
-        """The density (n,) under kernels of `sigma` (n,), of the light within |(u, v)| = 2 only: no pair of directions
-        shows other light, and no table holds it.
+    def wide_density(
+        self, u: np.ndarray, v: np.ndarray, lam: float, *, sigma: np.ndarray, farthest: float = FARTHEST
+    ) -> np.ndarray:
+        """The density (n,) under kernels of `sigma` (n,), of the light within |(u, v)| = farthest only: no pair of
+        directions shows other light.
 
         Cells are merged where the kernel is wide against them."""
-        cells = replace(self, power=self.power * (self.q_x**2 + self.q_y[:, None] ** 2 <= (FARTHEST / lam) ** 2))
+        cells = replace(self, power=self.power * (self.q_x**2 + self.q_y[:, None] ** 2 <= (farthest / lam) ** 2))
         found = np.empty(len(u))
         for each in np.unique(sigma):
             cells = cells.merged(each / lam)

@@ -49,7 +49,9 @@ def scattered_xyz(
             density = np.empty(len(u))
             density[narrow] = cells.density(u[narrow], v[narrow], lam, sigma_b=narrowest)
             if not narrow.all():
-                density[~narrow] = cells.wide_density(u[~narrow], v[~narrow], lam, sigma=sigmas[~narrow])
+                density[~narrow] = cells.wide_density(
+                    u[~narrow], v[~narrow], lam, sigma=sigmas[~narrow], farthest=FARTHEST / matter.plate_ior
+                )
             found += (density * reflectance[k])[:, None] * weight
             progress("check", (n + (k + 1) / len(lambdas)) / len(reliefs))
     return found

@@ -257,7 +257,8 @@ def test_a_wide_kernel_does_not_darken_a_regions_rim():
 
 
 def test_a_wide_kernel_finds_nothing_over_the_horizon():
-    """Outside a whole table there is no light, so a uniform table darkens towards |u| = 2."""
+    """Outside the sky, |(u, v)| <= 2, there is no light, so a uniform table darkens towards it. It is a disc, whose
+    curvature moves the place of half the light inwards by kernel^2 / (2 * 2)."""
     axis = texel_size(64) * (np.arange(64) - 31.5)
     plain = np.pad(np.ones((1, 60, 60, 3), np.float32), ((0, 0), (2, 2), (2, 2), (0, 0)))
     table = constant((axis, axis), 0.08, plain)
@@ -268,8 +269,7 @@ def test_a_wide_kernel_finds_nothing_over_the_horizon():
     kernel = np.sqrt(sampled[0] - sampled[1])
     middle = tiles.shape[1] // 2
     assert tiles[0, :, middle, 0].max() == pytest.approx(1, rel=1e-3)
-    # The light ends half a texel of level 0 outside of u = -2, where the table's inner texels begin.
-    ends = -2 - table.texel / 2
+    ends = -2 + kernel**2 / 4
     for row in range(7):
         share = 0.5 * (1 + math.erf((-2 + (row - 2) * texel - ends) / kernel / 2**0.5))
         assert tiles[0, row, middle, 0] == pytest.approx(share, abs=0.01)
