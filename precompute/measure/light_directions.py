@@ -119,8 +119,8 @@ def covering(
     the factors on the lamp's irradiance that serves this best. Empty if no direction shows colour.
 
     A patch counts by its share of a clear colour, so a further band counts more than a brighter one, and a patch that
-    is burnt to white counts against the lamp. Each lamp is the best addition to those before it, and the last that is
-    chosen adds a tenth of the first."""
+    is burnt to white counts against the lamp. Each lamp is the best addition to those before it. None is chosen that
+    adds less than a tenth of what the first adds."""
     everywhere = fibonacci_sphere(CANDIDATES)
     candidates = everywhere[everywhere[:, 2] > math.sin(_LOWEST_ELEVATION)]
     coarse = replace(lamp, variance=max(lamp.variance, CELL_VARIANCE))
