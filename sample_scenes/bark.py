@@ -11,7 +11,7 @@ import numpy as np
 
 from .noise import cracks, fractal_noise, value_noise
 from .snake import plain_material
-from .stage import add_surface
+from .stage import add_surface, paint
 
 _COLOURS = (
     (0.018, 0.008, 0.0045), (0.125, 0.066, 0.029), (0.23, 0.138, 0.062), (0.18, 0.15, 0.12), (0.14, 0.062, 0.026),
@@ -57,8 +57,7 @@ def add_bark(
     bark = add_surface(scene, "Cork Bark", points, faces=_shell(_ALONG, _AROUND), material=_material())
     bark.data.shade_smooth()
     colours = np.concatenate([_colours(depth, flat, seed), np.broadcast_to(_INSIDE, (depth.size, 3))])
-    layer = bark.data.color_attributes.new("bark", "FLOAT_COLOR", "POINT")
-    layer.data.foreach_set("color", np.column_stack([colours, np.ones(len(colours))]).astype(np.float32).ravel())
+    paint(bark.data, "bark", colours, domain="POINT")
     bark.location = (placed.x, placed.y, 0.0)
     bark.rotation_euler = (radians(placed.roll_deg), 0.0, radians(placed.turn_deg))
     return bark

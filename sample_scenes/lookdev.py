@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 
 from .snake import plain_material
-from .stage import add_surface
+from .stage import add_plane, add_surface, paint
 
 # Reflects as much as the grey card by which photographers expose.
 GREY = 0.18
@@ -27,8 +27,7 @@ _PATCHES = (
 def add_plate(scene: bpy.types.Scene) -> None:
     """The plate, whose top is at z = 0, what stands on it, and a floor. There is no wall: lamps stand behind."""
     floor = plain_material("Backdrop", (0.6 * GREY,) * 3, 1.0, specular=0.0)
-    points = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]) * 6.0 - (0, 0, _THICK_M)
-    add_surface(scene, "Backdrop", points, faces=[(0, 1, 2, 3)], material=floor)
+    add_plane(scene, "Backdrop", 6.0, floor, z=-_THICK_M)
     profile = [
         (0.0, 0.0), (_PLATE_M - _BEVEL_M, 0.0), (_PLATE_M - 0.3 * _BEVEL_M, -0.3 * _BEVEL_M), (_PLATE_M, -_BEVEL_M),
         (_PLATE_M, -_THICK_M),
@@ -85,9 +84,7 @@ def _add_colours(scene: bpy.types.Scene, place: tuple[float, float]) -> None:
         scene, "Colours", points, faces=np.arange(len(points)).reshape(-1, 4), material=_patch_material()
     )  # fmt: skip
     colours = np.concatenate([[(0.015,) * 3], np.array(_PATCHES).reshape(-1, 3)])
-    corners = np.column_stack([colours, np.ones(len(colours))]).repeat(4, axis=0)
-    layer = strip.data.color_attributes.new("patch", "FLOAT_COLOR", "CORNER")
-    layer.data.foreach_set("color", corners.astype(np.float32).ravel())
+    paint(strip.data, "patch", colours.repeat(4, axis=0), domain="CORNER")
 
 
 def _patch_material() -> bpy.types.Material:

@@ -59,6 +59,20 @@ def add_surface(
     return add_object(scene, name, mesh)
 
 
+def add_plane(
+    scene: bpy.types.Scene, name: str, half_m: float, material: bpy.types.Material, *, z: float = 0.0
+) -> bpy.types.Object:
+    """A level square about the z axis."""
+    points = [(x * half_m, y * half_m, z) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    return add_surface(scene, name, points, faces=[(0, 1, 2, 3)], material=material)
+
+
+def paint(mesh: bpy.types.Mesh, name: str, colours: np.ndarray, *, domain: str) -> None:
+    """Give a mesh linear colours (n, 3), one for each POINT or CORNER."""
+    layer = mesh.color_attributes.new(name, "FLOAT_COLOR", domain)
+    layer.data.foreach_set("color", np.column_stack([colours, np.ones(len(colours))]).astype(np.float32).ravel())
+
+
 def new_mesh(name: str, shape: Shape) -> bpy.types.Mesh:
     """A flat-shaded mesh of a shape."""
     mesh = bpy.data.meshes.new(name)
@@ -69,11 +83,7 @@ def new_mesh(name: str, shape: Shape) -> bpy.types.Mesh:
 
 def add_ground(scene: bpy.types.Scene, half_size_m: float = 4.0) -> bpy.types.Object:
     """A dark, matt plane at z = 0 that fills the view."""
-    mesh = bpy.data.meshes.new("Ground")
-    h = half_size_m
-    mesh.from_pydata([(-h, -h, 0), (h, -h, 0), (h, h, 0), (-h, h, 0)], [], [(0, 1, 2, 3)])
-    mesh.materials.append(plain_material("Ground", (0.012, 0.012, 0.0125), roughness=1.0))
-    return add_object(scene, "Ground", mesh)
+    return add_plane(scene, "Ground", half_size_m, plain_material("Ground", (0.012, 0.012, 0.0125), roughness=1.0))
 
 
 def add_sun(scene: bpy.types.Scene, azimuth_deg: float, elevation_deg: float) -> bpy.types.Object:

@@ -13,7 +13,7 @@ import bpy
 from mathutils import Vector
 
 from .snake import plain_material
-from .stage import add_object, new_world, render_settings
+from .stage import add_object, add_plane, new_world, render_settings
 
 # Keeps white, and the hue of saturated light: Standard would clip it, AgX would desaturate it.
 VIEW_TRANSFORM = "Khronos PBR Neutral"
@@ -45,11 +45,7 @@ def add_floor(
     scene: bpy.types.Scene, colour: tuple[float, float, float], *, half_m: float = 6.0, roughness: float = 0.8
 ) -> bpy.types.Object:
     """A flat floor. There is no back wall, because it would block the lamps behind the scene."""
-    corners = [(x * half_m, y * half_m, 0.0) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-    mesh = bpy.data.meshes.new("Floor")
-    mesh.from_pydata(corners, [], [(0, 1, 2, 3)])
-    mesh.materials.append(plain_material("Floor", colour, roughness))
-    return add_object(scene, "Floor", mesh)
+    return add_plane(scene, "Floor", half_m, plain_material("Floor", colour, roughness))
 
 
 def add_softbox(

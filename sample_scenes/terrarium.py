@@ -8,7 +8,7 @@ import numpy as np
 
 from .ground import Walls
 from .snake import plain_material
-from .stage import add_surface
+from .stage import add_plane, add_surface
 
 CORNER = Walls(-0.185, 0.165)
 TINT = (0.93, 0.975, 0.955)
@@ -38,8 +38,7 @@ def add_corner(scene: bpy.types.Scene, corner: Walls = CORNER) -> None:
     points = [(*place, z) for z in (low, high) for place in upright]
     add_surface(scene, "Seal", points, faces=_PRISM, material=silicone)
     table = plain_material("Table", (0.05, 0.043, 0.037), 1.0, specular=0.0)
-    points = [(-4, -4, low), (4, -4, low), (4, 4, low), (-4, 4, low)]
-    add_surface(scene, "Table", points, faces=[(0, 1, 2, 3)], material=table)
+    add_plane(scene, "Table", 4.0, table, z=low)
 
 
 _PRISM = ((0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5))

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .species import Species
-from .spine import Spine, bspline
+from .spine import Spine, bspline, smoothstep
 
 # Half heights of the body above and below its widest place, in half widths.
 _BACK, _BELLY = 0.84, 0.66
@@ -18,7 +18,7 @@ _SECTION = 2.9
 # A body's girth varies by this share, in waves of a third and an eighth of its length.
 _GIRTH = 0.02
 # Pleats of skin inside of a bend: they begin at this curvature, in units of 1 / half width, and are this deep for each
-# unit beyond it, in half widths; so many scales lie between two of them.
+# unit beyond it, in half widths; one follows the other after this many scales.
 _PLEAT_FROM, _PLEAT_DEPTH, _PLEAT_SCALES = 0.15, 0.35, 1.5
 # The rounded end of the tail has this share of the largest half width.
 _TAIL_TIP = 0.08
@@ -50,7 +50,7 @@ class Body(NamedTuple):
     def sizes(self, s: np.ndarray) -> Sizes:
         """The half sizes at arc lengths s (n,) in metres: of the head, and behind its end of the body."""
         kind, length = self.species, self.spine.length
-        swelling = _smoothstep((s - self.head_end) / (0.3 * length))
+        swelling = smoothstep((s - self.head_end) / (0.3 * length))
         trunk = kind.neck + (1 - kind.neck) * swelling
         trunk = trunk * (1 + _GIRTH * np.sin(2 * np.pi * np.outer((3.3, 7.7), s / length)).sum(axis=0))
         trunk = trunk * (1 - (1 - _TAIL_TIP) * (1 - np.clip((length - s) / (0.5 * length), 0, 1)) ** 2.0)
@@ -66,7 +66,7 @@ class Body(NamedTuple):
         head = bspline(np.stack([width, back, belly], axis=1), h.ravel()).reshape(*h.shape, 3)
         snout = _rounded(s / (0.22 * self.head_end))
         # The head's sizes blend into the trunk's over its last sixth.
-        share = _smoothstep((h - 5 / 6) * 6)
+        share = smoothstep((h - 5 / 6) * 6)
         profiles = [head[..., k] * (1 - share) + part * trunk * share for k, part in enumerate((1.0, _BACK, _BELLY))]
         sizes = [profile * snout * tip for profile in profiles]
         return Sizes(*(self.radius * size for size in (*sizes, profiles[2])))
@@ -124,11 +124,6 @@ def _section(sine: np.ndarray, cosine: np.ndarray) -> np.ndarray:
 def body_along(spine: Spine, species: Species) -> Body:
     """The body of a species along a spine."""
     return Body(spine, species, spine.length / species.slenderness)
-
-
-def _smoothstep(x: np.ndarray) -> np.ndarray:
-    x = np.clip(x, 0, 1)
-    return x * x * (3 - 2 * x)
 
 
 def _rounded(x: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ import numpy as np
 from . import head
 from .body import Body
 from .lattice import Net
+from .spine import smoothstep, unit
 
 _EYE_RINGS, _EYE_SEGMENTS = 10, 32
 EYE_FACES = 2 * _EYE_RINGS * _EYE_SEGMENTS
@@ -42,7 +43,7 @@ def head_end(body: Body, net: Net, scales: Skin) -> End:
     rings = np.arange(1, net.cut.head)[:, None] / net.cut.head
     # The snout is round, so the rings are closer there.
     s = body.head_end * (0.35 * rings + 0.65 * rings**1.7)
-    near = _smooth((rings - 0.3) / 0.7)
+    near = smoothstep((rings - 0.3) / 0.7)
     s = s * (1 + near * (front_s / body.head_end - 1))
     # The belly's midline, where the UV map is cut, continues straight.
     middle = len(front_angle) - net.cut.belly // 2
@@ -51,7 +52,7 @@ def head_end(body: Body, net: Net, scales: Skin) -> End:
     kind = head.head_of(body.species)
     relief = head.relief((s / body.head_end).ravel(), angle.ravel(), kind, length=body.species.head_length)
     # The relief fades out before the first scales, and at the tip, where the rings are smaller than the relief.
-    fade = (_smooth((1 - rings) / 0.1) * _smooth(rings / 0.08) + 0 * s).ravel()
+    fade = (smoothstep((1 - rings) / 0.1) * smoothstep(rings / 0.08) + 0 * s).ravel()
     skin = Skin(
         s.ravel(), angle.ravel(), body.radius * relief.rise * fade, np.zeros(s.size), relief.rim, relief.lip,
         np.zeros(s.size, bool),
@@ -117,13 +118,9 @@ def eyes(body: Body) -> Eyes:
     uv = at * size + (-2 * size, 0.25)
     points = (middle[:, None] + radius * ball).reshape(-1, 3)
     # A snake looks to its sides and a little ahead and up.
-    gaze = np.concatenate([ball @ _unit(sign * side + 0.25 * back - 0.2 * tail) for sign in (1, -1)])
+    gaze = np.concatenate([ball @ unit(sign * side + 0.25 * back - 0.2 * tail) for sign in (1, -1)])
     faces = np.concatenate([faces, faces + len(ball)])
     return Eyes(points, faces, np.concatenate([uv, uv + (0, 0.5)]), np.clip(gaze / gaze.max(), 0, 1), share)
-
-
-def _unit(vector: np.ndarray) -> np.ndarray:
-    return vector / np.linalg.norm(vector)
 
 
 def unwrapped(angle: np.ndarray, at_tip: np.ndarray) -> np.ndarray:
@@ -162,8 +159,3 @@ def _tips(ring: np.ndarray, tip: int, *, at_end: bool) -> np.ndarray:
     beside, tips = np.roll(ring, -1), np.full(len(ring), tip)
     corners = (ring, tips, beside, ring) if at_end else (tips, ring, beside, tips)
     return np.stack(corners, axis=-1)
-
-
-def _smooth(x: np.ndarray) -> np.ndarray:
-    x = np.clip(x, 0, 1)
-    return x * x * (3 - 2 * x)

@@ -11,6 +11,7 @@ import numpy as np
 from . import head_plates
 from .head_plates import LIP_DEG, MOUTH_DEG, Corner, Plates
 from .species import SPECIES, Species
+from .spine import smoothstep
 
 # The end of the line of the mouth, and how far it rises up to there, in degrees.
 _MOUTH_END, _MOUTH_RISE_DEG = 0.76, 7.0
@@ -80,9 +81,11 @@ def relief(share: np.ndarray, angle: np.ndarray, head: Head, *, length: float) -
     fold = within * _hill((below - 0.4 * _MOUTH) / _MOUTH)
     rise = rise - _MOUTH_DEPTH * fold
     rise = rise - _NOSTRIL_DEPTH * _hill(nostril / _NOSTRIL_RADIUS) - _SOCKET_DEPTH * _hill(eye / _SOCKET)
-    upper = _step((angle - np.radians(LIP_DEG) - 0.05) / 0.12)
+    upper = smoothstep((angle - np.radians(LIP_DEG) - 0.05) / 0.12)
     # The skin in the fold of the mouth is dark.
-    lip = (1 - fold) * upper * _step((np.radians(MOUTH_DEG + 24) - angle) / 0.2) * _step((0.86 - share) / 0.12)
+    lip = (
+        (1 - fold) * upper * smoothstep((np.radians(MOUTH_DEG + 24) - angle) / 0.2) * smoothstep((0.86 - share) / 0.12)
+    )
     return Relief(rise, _PALE * _hill(to_edge / _RIM), lip, plate)
 
 
@@ -98,7 +101,7 @@ def _radius(share: np.ndarray) -> np.ndarray:
 
 def _mouth_angle(share: np.ndarray) -> np.ndarray:
     """The angle of the line of the mouth, which rises towards its corner."""
-    return np.radians(MOUTH_DEG - _MOUTH_RISE_DEG * _step((share - 0.3) / (_MOUTH_END - 0.3)))
+    return np.radians(MOUTH_DEG - _MOUTH_RISE_DEG * smoothstep((share - 0.3) / (_MOUTH_END - 0.3)))
 
 
 def _to_edge(x: np.ndarray, y: np.ndarray, plates: Plates, length: float) -> tuple[np.ndarray, np.ndarray]:
@@ -139,9 +142,3 @@ def _outline(
 def _hill(x: np.ndarray) -> np.ndarray:
     """A smooth bump: 1 at 0, and 0 from 1 on."""
     return (1 - np.clip(np.abs(x), 0, 1) ** 2) ** 2
-
-
-def _step(x: np.ndarray) -> np.ndarray:
-    """A smooth step: 0 up to 0, and 1 from 1 on."""
-    x = np.clip(x, 0, 1)
-    return x * x * (3 - 2 * x)

@@ -57,7 +57,7 @@ def spine_along(polygon: np.ndarray, length: float | None = None) -> Spine:
     points = np.stack([np.interp(s, arc, fine[:, k]) for k in range(3)], axis=1)
     if length is not None:
         s, points = s * (length / arc[-1]), points * (length / arc[-1])
-    tail = _unit(np.gradient(points, s, axis=0))
+    tail = unit(np.gradient(points, s, axis=0))
     side = _sides(tail)
     return Spine(s, points, tail, side, np.cross(tail, side))
 
@@ -75,7 +75,7 @@ def _arc_lengths(points: np.ndarray) -> np.ndarray:
     return np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
 
 
-def _unit(vectors: np.ndarray) -> np.ndarray:
+def unit(vectors: np.ndarray) -> np.ndarray:
     return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
 
 
@@ -93,3 +93,9 @@ def _sides(tail: np.ndarray) -> np.ndarray:
         side = side - (side @ tail[k]) * tail[k]
         side = sides[k] = side / np.sqrt(side @ side)
     return sides
+
+
+def smoothstep(x: np.ndarray) -> np.ndarray:
+    """A smooth step: 0 up to 0, and 1 from 1 on."""
+    x = np.clip(x, 0, 1)
+    return x * x * (3 - 2 * x)

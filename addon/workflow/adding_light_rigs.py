@@ -139,8 +139,8 @@ def _lit(
     scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, pixels: Pixels, *, objects: Sequence[bpy.types.Object],
     patches: int,
 ) -> Lit:  # fmt: skip
-    """What the picture shows of the gratings on these objects, at about so many patches. Raises GratingError if that is
-    nothing."""
+    """What the picture shows of the gratings on these objects, at about this many patches. Raises GratingError if that
+    is nothing."""
     boxes = list(boxes_with_gratings(depsgraph, objects))
     window = pixels.window_of(boxes)
     at = np.zeros((0, 2)) if window is None else pixels.places(window, _RAYS)

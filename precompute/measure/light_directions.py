@@ -93,10 +93,8 @@ def two_best(seen: Sequence[Seen], lamp: Lamp, prefer: Preference) -> tuple[Chos
     The second direction counts twice what it adds at patches that the first leaves without colour. Where no second one
     shows a tenth of the colour, it is the first, turned by half a turn about the vertical, with its colour of 0. None
     if no direction shows colour."""
-    everywhere = fibonacci_sphere(CANDIDATES)
-    high = everywhere[:, 2] > math.sin(_LOWEST_ELEVATION)
-    for candidates in (everywhere[high], everywhere[~high]):
-        coarse = Lamp(lamp.irradiance, max(lamp.variance, CELL_VARIANCE), lamp.distance)
+    coarse = _as_wide_as_a_cell(lamp)
+    for candidates in _candidates():
         colours, weights = colours_at(seen, candidates, coarse), prefer(candidates)
         score = colours.mean(axis=1) * weights
         if score.max() <= 0:
@@ -121,10 +119,8 @@ def covering(
     A patch counts by its share of a clear colour, so a further band counts more than a brighter one, and a patch that
     is burnt to white counts against the lamp. Each lamp is the best addition to those before it. None is chosen that
     adds less than a tenth of what the first adds."""
-    everywhere = fibonacci_sphere(CANDIDATES)
-    candidates = everywhere[everywhere[:, 2] > math.sin(_LOWEST_ELEVATION)]
-    coarse = replace(lamp, variance=max(lamp.variance, CELL_VARIANCE))
-    light, weights = light_at(seen, candidates, coarse), prefer(candidates)
+    candidates, _ = _candidates()
+    light, weights = light_at(seen, candidates, _as_wide_as_a_cell(lamp)), prefer(candidates)
     sum_of, gain = np.zeros(light.shape[1:]), 0.0
     found: list[tuple[Chosen, float]] = []
     while len(found) < most:
@@ -138,6 +134,18 @@ def covering(
         sum_of = sum_of + added
         found.append((Chosen(candidates[best], float(colour_of(added).mean())), factors[level]))
     return found
+
+
+def _candidates() -> tuple[np.ndarray, np.ndarray]:
+    """Directions (n, 3) that are even over the sphere: those above the lowest elevation of a lamp, and the others."""
+    everywhere = fibonacci_sphere(CANDIDATES)
+    high = everywhere[:, 2] > math.sin(_LOWEST_ELEVATION)
+    return everywhere[high], everywhere[~high]
+
+
+def _as_wide_as_a_cell(lamp: Lamp) -> Lamp:
+    """The lamp, at least as wide as the distance of candidates, so that none of its light falls between them."""
+    return replace(lamp, variance=max(lamp.variance, CELL_VARIANCE))
 
 
 def _covered(rgb: np.ndarray) -> np.ndarray:
