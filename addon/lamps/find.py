@@ -15,8 +15,10 @@ if TYPE_CHECKING:
 
 # Finds the bounding boxes (n, 2, 3) of what the lamps light (strength.py). Called only if there are too many lamps.
 LitBoxes = Callable[[bpy.types.Scene], "np.ndarray"]
-# Each lamp costs time in every pixel, so only the brightest are used.
-LAMPS_MAX = 8
+# Each lamp costs some time in every pixel, so only the brightest are used.
+LAMPS_MAX = 32
+# Lamps that the artist leaves out are shown to nodes that sample light at random, up to this many.
+LEFT_OUT_MAX = 8
 # The largest number of left-out lamps that a warning names.
 _NAMED_MAX = 8
 # A lamp replaces a followed one only if it is brighter by more than this factor. Otherwise, a lamp moving where two are

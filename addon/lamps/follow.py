@@ -12,12 +12,12 @@ import bpy
 
 from ..blender import stored
 from .drivers import Drivers
-from .find import LAMPS_MAX, LitBoxes, brightest, lamps_left_out
+from .find import LAMPS_MAX, LEFT_OUT_MAX, LitBoxes, brightest, lamps_left_out
 from .lamp_properties import ON, PROPERTIES, drive_properties, property_name
 from .rendered_lamps import note_shown
 
 # The indices of the lamps that light diffraction, and of lamps that the artist leaves out.
-_COUNTED, _LEFT_OUT = range(LAMPS_MAX), range(LAMPS_MAX, 2 * LAMPS_MAX)
+_COUNTED, _LEFT_OUT = range(LAMPS_MAX), range(LAMPS_MAX, LAMPS_MAX + LEFT_OUT_MAX)
 _FIRST = {f'["{property_name(index, "place")}"]': index for index in (*_COUNTED, *_LEFT_OUT)}
 
 
@@ -73,7 +73,7 @@ def follow_lamps(
     changed = False
     for index, lamp in enumerate(lamps):
         changed |= drive_properties(drivers, index, lamp)
-    left_out = lamps_left_out(scene)[:LAMPS_MAX]
+    left_out = lamps_left_out(scene)[:LEFT_OUT_MAX]
     for index, lamp in zip(_LEFT_OUT, left_out, strict=False):
         changed |= drive_properties(drivers, index, lamp)
     changed |= _forget(drivers, [*_COUNTED[len(lamps) :], *_LEFT_OUT[len(left_out) :]])

@@ -111,11 +111,15 @@ def _is_whole(group: bpy.types.NodeTree) -> bool:
 
 
 def _cone(tree: Tree, lamp: PackedLamp, wi: Value) -> Value:
-    """The angular falloff by Blender's formulas: a soft cone for a spot, a cosine for an area lamp, 1 for others."""
+    """The angular falloff by Blender's formulas: a soft cone for a spot, a cosine for an area lamp, 1 for others.
+
+    The products with 0 make it a constant in Cycles for a sun and for a point lamp."""
     axis = tree.normalize(lamp.z)
     y = tree.cross(axis, lamp.x) * lamp.x_over_y
     own_z = tree.dot(wi, lamp.z)
     own = tree.vector(tree.dot(wi, lamp.x), tree.dot(wi, y), own_z)
     along = own_z / tree.vector_math("LENGTH", own)
     rim = tree.node("ShaderNodeMapRange", along, lamp.rim_outer, lamp.rim_inner, interpolation_type="SMOOTHSTEP")
-    return tree.value(rim.outputs["Result"]) * tree.maximum(tree.dot(wi, axis), lamp.is_not_area)
+    of_spot = (tree.value(rim.outputs["Result"]) - 1.0) * lamp.is_spot + 1.0
+    of_area = (tree.maximum(tree.dot(wi, axis), 0.0) - 1.0) * lamp.is_area + 1.0
+    return of_spot * of_area

@@ -27,19 +27,29 @@ import bpy
 
 from ..nodes.builder import Tree, Value
 from .drivers import Drivers, Variable
+from .find import LAMPS_MAX, LEFT_OUT_MAX
 from .rendered_lamps import drive_on
 
 PROPERTIES = ("place", "power", "z", "x")
 # One number that the drivers of `power` read: 0 if the render does not show the lamp (rendered_lamps.py).
 ON = "on"
+# The number of lamps in files of earlier versions.
+_LAMPS_BEFORE = 8
 # Values in place of a spot's outer and inner cosines for other lamps. They are outside the range of cosines, and the
 # smooth step from the first to the second is 1 for all cosines.
 _AREA_RIM, _NO_RIM = ("3", "2"), ("-3", "-2")
 
 
 def property_name(index: int, what: str) -> str:
-    """The name of a lamp's property. Saved .blend files contain these names, so they must not change."""
-    return f"ng_key_{index}_{what}"
+    """The name of a lamp's property. Indices from LAMPS_MAX on are of lamps that the artist leaves out.
+
+    Saved .blend files contain these names, so they must not change. Earlier versions had eight lamps and eight left-out
+    ones, with the numbers 0 to 15."""
+    if index >= LAMPS_MAX:
+        number = index - LAMPS_MAX + _LAMPS_BEFORE
+    else:
+        number = index if index < _LAMPS_BEFORE else index + LEFT_OUT_MAX
+    return f"ng_key_{number}_{what}"
 
 
 @dataclass(frozen=True)
@@ -55,7 +65,8 @@ class PackedLamp:
     z, x          the lamp's axes, each over its squared length
     rim_outer     cosine at which the light begins, for a smooth step that is 1 for all lamps except spots
     rim_inner     cosine from which the light has full brightness
-    is_not_area   0 for an area lamp, 1 for others"""
+    is_spot       1 for a spot, else 0
+    is_area       1 for an area lamp, else 0"""
 
     place: Value
     is_local: Value
@@ -67,7 +78,8 @@ class PackedLamp:
     x: Value
     rim_outer: Value
     rim_inner: Value
-    is_not_area: Value
+    is_spot: Value
+    is_area: Value
 
 
 def unpack(tree: Tree, packed: Sequence[Value]) -> PackedLamp:
@@ -86,7 +98,8 @@ def unpack(tree: Tree, packed: Sequence[Value]) -> PackedLamp:
         x=x,
         rim_outer=rim_outer,
         rim_inner=rim_inner,
-        is_not_area=tree.math("LESS_THAN", rim_outer, 1.5),
+        is_spot=tree.math("LESS_THAN", tree.math("ABSOLUTE", rim_outer), 1.5),
+        is_area=tree.math("GREATER_THAN", rim_outer, 1.5),
     )
 
 

@@ -12,6 +12,10 @@ from ...precompute.table.tiling import COLUMNS_BESIDE, TILE_PADDING
 from ..nodes.builder import Operand, Tree, Value
 from .tangent_space import Direction
 
+# Sums of at most this many Chebyshev polynomials are evaluated as powers, whose coefficients are then at most 20.
+_FEW = 6
+# The least of a table's likely light over its scale.
+_LIKELY_LEAST = 1e-3
 # The largest single-precision error at the end of a range, of a sum of two unit vectors or of w scaled to -1 to 1.
 _ROUNDING = 1e-5
 
@@ -19,29 +23,30 @@ _ROUNDING = 1e-5
 class AtlasTable:
     """sum_k f_k(t) B_k(u, v) / scale, XYZ over w^2, with one look-up per term. t is w, scaled to the range -1 to 1.
 
-    Outside the table's region and range of w the sum is 0, and look-ups are clamped to the rim, because the polynomials
-    grow and neighbouring tiles begin. The sum is also 0 for (u, v) beyond any pair of directions, which only a
-    stretched relief reaches."""
+    `inside` is 1 within the table's region and range of w, else 0. The caller multiplies by it. Look-ups are clamped to
+    the rim, because the polynomials grow beyond it and neighbouring tiles begin. `inside` is also 0 for (u, v) beyond
+    any pair of directions, which only a stretched relief reaches."""
 
-    def __init__(self, tree: Tree, image: bpy.types.Image, layout: Layout, *, uv: Value, w: Value):
+    def __init__(self, tree: Tree, image: bpy.types.Image, layout: Layout, *, uv: tuple[Value, Value], w: Value):
         self.tree, self.image, self.layout = tree, image, layout
-        (u_low, u_high), (v_low, v_high) = layout.region
-        inner = tree.clamp(uv, (u_low, v_low, 0.0), (u_high, v_high, 0.0))
+        inner = [_clamped(tree, along, *range_) for along, range_ in zip(uv, layout.region, strict=True)]
         self.size = layout.width, layout.height
         # The centre of the first inner texel of the first term's tile on level 0.
         left, low = (n + TILE_PADDING + 0.5 for n in layout.tile_origin(0))
         self.first = _over((left, low), self.size)
-        x, y, _ = _over(1 / layout.texel, self.size)
-        place = tree.node("ShaderNodeSeparateXYZ", inner.times_plus((x, y, 0.0), (-u_low * x, -v_low * y, 0.0)))
-        self.place = tuple(tree.value(place.outputs[axis]) for axis in "XY")
+        steps = _over(1 / layout.texel, self.size)
+        self.place = tuple(
+            along.times_plus(step, -lowest * step)
+            for along, step, (lowest, _) in zip(inner, steps, layout.region, strict=False)
+        )
         half_range = (layout.w_max - layout.w_min) / 2
         t = w.times_plus(1 / half_range, -(layout.w_min + layout.w_max) / 2 / half_range)
-        self.t = tree.maximum(tree.minimum(t, 1.0), -1.0)
+        self.t = _clamped(tree, t, -1.0, 1.0)
         self.functions = None if layout.has_polynomials else _functions(tree, layout, self.t)
-        self.inside = tree.math("LESS_THAN", tree.dot(uv, uv), layout.farthest**2)
+        self.inside = tree.math("LESS_THAN", tree.sum_of_squares(*uv), layout.farthest**2)
         if not layout.whole:
-            beyond = uv - inner + tree.vector(0.0, 0.0, t - self.t)
-            self.inside = self.inside * tree.math("LESS_THAN", tree.dot(beyond, beyond), _ROUNDING**2)
+            beyond = [there - here for there, here in zip((*uv, t), (*inner, self.t), strict=True)]
+            self.inside = self.inside * tree.math("LESS_THAN", tree.sum_of_squares(*beyond), _ROUNDING**2)
 
     def around(self, blur: Value) -> tuple[Value, Value | None, Value | float]:
         """The table at the two blur levels around a variance, and the mixing share of the coarser level.
@@ -67,6 +72,23 @@ class AtlasTable:
     def sharp(self) -> Value:
         """The table with the bake's own blur only."""
         return self._read(self.place[0] + self.first[0], self.place[1] + self.first[1])
+
+    def likely(self, variance: Value) -> Value:
+        """About the sum under a kernel of a variance, by one look-up: its first term on the nearest level. Never 0."""
+        tree, layout, cell = self.tree, self.layout, self.layout.cell
+        spacing = layout.spacing
+        at = self.place[0] + self.first[0], self.place[1] + self.first[1]
+        if layout.levels > 1:
+            # Half a level more, so that rounding down gives the nearest.
+            steps = spacing.ratio**0.5 / (1 + spacing.offset)
+            grown = variance.times_plus(steps / layout.sigma_b**2, steps * spacing.offset)
+            level = tree.math("FLOOR", tree.math("LOGARITHM", grown, spacing.ratio))
+            level = _clamped(tree, level, 1.0, layout.levels - 1.0)
+            at = self._at(level, tree.math("POWER", cell.shrink, level) * (1 / cell.coarser))
+        settings = {"image": self.image, "interpolation": "Closest", "extension": "EXTEND"}
+        node = tree.node("ShaderNodeTexImage", tree.vector(*at, 0.0), label="Likely", **settings)
+        # As a number the colour is a mean of X, Y and Z.
+        return tree.maximum(tree.value(node.outputs["Color"]), _LIKELY_LEAST)
 
     def _at(self, level: Value, shrink: Value, *, may_be_first: bool = False) -> tuple[Value, Value]:
         """The image position of the first term at a blur level, by the rule in precompute/table/tiling.py. `shrink`:
@@ -102,11 +124,15 @@ class AtlasTable:
                 rows[row] = y + (row - first[1]) / self.size[1]
             terms.append(tree.image(self.image, tree.vector(columns[column], rows[row], 0.0), label=f"B{k}"))
         if self.functions is None:
-            return _chebyshev_sum(terms, self.t) * self.inside
+            return _chebyshev_sum(terms, self.t)
         total = terms[0] * self.functions[0]
         for term, function in zip(terms[1:], self.functions[1:], strict=True):
             total = term.times_plus(function, total)
-        return total * self.inside
+        return total
+
+
+def _clamped(tree: Tree, value: Value, low: float, high: float) -> Value:
+    return tree.maximum(tree.minimum(value, high), low)
 
 
 def _chebyshev_sum(terms: list[Value], t: Value) -> Value:
@@ -120,36 +146,47 @@ def _chebyshev_sum(terms: list[Value], t: Value) -> Value:
 
 def _functions(tree: Tree, layout: Layout, t: Value) -> list[Value]:
     """Each term's function of w, a sum of Chebyshev polynomials. Three functions at a time are the components of a
-    vector. Clenshaw's recurrence: b_j = a_j + 2 t b_(j+1) - b_(j+2), the sum a_0 + t b_1 - b_2."""
+    vector."""
     found = []
     coefficients = np.zeros((-(-layout.terms // 3) * 3, layout.polynomials))
     coefficients[: layout.terms] = np.reshape(layout.basis, (layout.terms, layout.polynomials))
-    twice = t * 2.0
+    powers = [t]
+    while layout.polynomials > _FEW << (len(powers) - 1):
+        powers.append(tree.squared(powers[-1]).times_plus(2.0, -1.0))
     for three in coefficients.reshape(-1, 3, layout.polynomials):
-        constant, *others = ((float(a), float(b), float(c)) for a, b, c in three.T)
-        after: Operand | None = None
-        last: Operand | None = None
-        for each in reversed(others):
-            after, last = last, _next(tree, each, twice, (last, after))
-        value = _next(tree, constant, t, (last, after))
-        found += [tree.value(o) for o in tree.node("ShaderNodeSeparateXYZ", value).outputs]
+        split = tree.node("ShaderNodeSeparateXYZ", _chebyshev(tree, three.T, powers))
+        found += [tree.value(socket) for socket in split.outputs]
     return found[: layout.terms]
 
 
-def _next(
-    tree: Tree, coefficient: tuple[float, float, float], factor: Value, kept: tuple[Operand | None, Operand | None]
-) -> Operand:
-    """coefficient + factor * last - after; `last` and `after` may be None."""
-    last, after = kept
-    if last is None:
-        return coefficient
-    raised: Operand
-    if isinstance(after, tuple):
-        x, y, z = (a - b for a, b in zip(coefficient, after, strict=True))
-        raised = x, y, z
-    else:
-        raised = coefficient if after is None else tree.vector_math("SUBTRACT", coefficient, after)
-    return tree.vector_math("MULTIPLY_ADD", last, factor, raised)
+def _chebyshev(tree: Tree, coefficients: np.ndarray, powers: list[Value]) -> Operand:
+    """sum_j coefficients_j T_j(t), for coefficients (n, 3). `powers` are t, s = T_2(t), T_2(s) and so on.
+
+    A long sum is split into its even and its odd polynomials: T_2k(t) = T_k(s), and T_(2k+1)(t) = t O_k(s), where O_k =
+    2 T_k - O_(k-1). A short sum is one of powers, by Horner's rule. In single precision powers of higher degrees would
+    lose digits, because their coefficients are large and cancel."""
+    t, *others = powers
+    if len(coefficients) <= _FEW:
+        of_powers = np.zeros_like(coefficients)
+        for j, coefficient in enumerate(coefficients):
+            of_powers[: j + 1] += np.polynomial.chebyshev.cheb2poly([0.0] * j + [1.0])[:, None] * coefficient
+        # a + t b is a mix, by the share t, of a and a + b. So each power's coefficient is added to all lower ones.
+        *sums, mixed = _vectors(np.cumsum(of_powers, axis=0))
+        for each in reversed(sums):
+            mixed = tree.blend(t, each, mixed)
+        return mixed
+    odd = coefficients[1::2].copy()
+    for j in reversed(range(len(odd) - 1)):
+        odd[j] -= odd[j + 1]
+    odd[1:] *= 2.0
+    return tree.arithmetic(
+        "MULTIPLY_ADD", _chebyshev(tree, odd, others), t, _chebyshev(tree, coefficients[::2], others)
+    )
+
+
+def _vectors(rows: np.ndarray) -> list[Operand]:
+    """Rows (n, 3) as constants."""
+    return [(float(x), float(y), float(z)) for x, y, z in rows]
 
 
 def _over(value: float | tuple[float, float], size: tuple[int, int]) -> tuple[float, float, float]:

@@ -70,17 +70,21 @@ def with_footprint(tree: Tree, roughness: Value) -> Value:
     coordinates = tree.node("ShaderNodeTexCoord")
     settings = {"vector_type": "NORMAL", "convert_from": "OBJECT", "convert_to": "WORLD"}
     turned = tree.node("ShaderNodeVectorTransform", tree.value(coordinates.outputs["Normal"]), **settings)
-    heights = tree.node("ShaderNodeSeparateXYZ", tree.value(turned.outputs["Vector"]) * in_cycles + n * in_eevee)
-    cosine = tree.maximum(tree.dot(n, wr), 0.05)
+    heights = (tree.node("ShaderNodeSeparateXYZ", each).outputs for each in (tree.value(turned.outputs["Vector"]), n))
+    cosine = tree.dot(n, wr)
+    steep = 1.0 / tree.maximum(cosine, 0.05)
     total: Value | float = 0.0
-    for height in heights.outputs:
+    for turned_i, n_i in zip(*heights, strict=True):
         bump = tree.node("ShaderNodeBump")
         tree.feed(bump.inputs["Strength"], 1.0)
         tree.feed(bump.inputs["Distance"], p)
-        tree.feed(bump.inputs["Height"], tree.value(height))
+        # Cycles computes the height three times for each Bump node, so its few nodes are of numbers.
+        tree.feed(bump.inputs["Height"], tree.value(turned_i).times_plus(in_cycles, tree.value(n_i) * in_eevee))
         bent = tree.value(bump.outputs["Normal"])
-        step = bent / tree.dot(bent, n) - n  # - p grad N_i
-        total = tree.dot(step, step) + tree.squared(tree.dot(step, wr) / cosine) + total
+        # bent is along n - p grad N_i, so 1 / (bent.n)^2 is 1 + |p grad N_i|^2.
+        along = 1.0 / tree.dot(bent, n)
+        towards = (tree.dot(bent, wr) * along - cosine) * steep
+        total = towards.times_plus(towards, along.times_plus(along, -1.0)) + total
     # r'^2 = sqrt(r^4 + 2 F^2)
-    square = tree.squared(roughness * roughness) + tree.minimum(total * _FILTER, 2 * MOST)
+    square = tree.squared(roughness * roughness) + tree.minimum(tree.maximum(total, 0.0) * _FILTER, 2 * MOST)
     return tree.sqrt(tree.sqrt(square))

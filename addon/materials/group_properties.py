@@ -7,7 +7,7 @@ from ..blender import stored
 from ..gratings.direction_source import DirectionSource
 from ..gratings.lights_choice import CHOICES, LAMPS_ONLY
 from ..gratings.variation import Variation
-from ..lamps.find import LAMPS_MAX
+from ..lamps.find import LAMPS_MAX, LEFT_OUT_MAX
 from ..lamps.sky import SOURCES_MAX
 
 # LAMPS: for each lamp, whether light linking excludes it for some object. SHADOWS: whether shadow rays are traced.
@@ -27,6 +27,8 @@ FRAME = "ng_frame"
 VARIATION = "ng_variation"
 # Whether the footprint of a pixel is used. Groups from earlier versions lack it and do not use it.
 FOOTPRINT = "ng_footprint"
+# Whether each sample answers to every lamp, however many there are. Groups from earlier versions lack it.
+EVERY_LAMP = "ng_every_lamp"
 
 
 def is_diffraction(group: bpy.types.NodeTree | None) -> bool:
@@ -61,7 +63,7 @@ def lamps_in(group: bpy.types.NodeTree) -> list[bool]:
 
 def left_out_in(group: bpy.types.NodeTree) -> int:
     """The number of left-out lamps of which a Diffraction group shows nothing."""
-    return stored.count(group, LEFT_OUT, LAMPS_MAX)
+    return stored.count(group, LEFT_OUT, LEFT_OUT_MAX)
 
 
 def traces_shadows(group: bpy.types.NodeTree) -> bool:
@@ -77,3 +79,8 @@ def sources_in(group: bpy.types.NodeTree) -> int:
 def counts_footprint(group: bpy.types.NodeTree) -> bool:
     """Whether a Diffraction group blurs colours that are finer than a pixel."""
     return stored.flag(group, FOOTPRINT)
+
+
+def answers_every_lamp(group: bpy.types.NodeTree) -> bool:
+    """Whether each sample of a Diffraction group answers to every lamp, however many there are (two_answers.py)."""
+    return stored.flag(group, EVERY_LAMP)

@@ -31,7 +31,7 @@ class Plate:
         x, y = direction.x * (1 / self.ior), direction.y * (1 / self.ior)
         # cos(t')^2 = 1 - (1 - cos(t)^2) / n^2
         cosine = tree.sqrt(tree.squared(direction.cosine).times_plus(self.ior**-2, 1 - self.ior**-2))
-        return Direction(x, y, cosine, tree.vector(x, y, cosine))
+        return Direction(x, y, cosine)
 
     def above(self, tree: Tree, direction: Direction) -> Direction:
         """The direction above the plate of light that has a direction inside. At most grazing, past which the front
@@ -40,7 +40,7 @@ class Plate:
             return direction
         x, y = direction.x * self.ior, direction.y * self.ior
         cosine = tree.sqrt(tree.maximum(self.cosine2_above(tree, direction), 0.0))
-        return Direction(x, y, cosine, tree.vector(x, y, cosine))
+        return Direction(x, y, cosine)
 
     def cosine2_above(self, tree: Tree, direction: Direction) -> Value:
         """The squared cosine above the plate of light with a direction inside; below 0 for light that cannot leave."""

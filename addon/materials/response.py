@@ -56,9 +56,14 @@ WORLD_QUESTION = (NORMAL, TANGENT, SHARP, *SETTINGS)
 RADIANCE = Socket("Finer", "Color", "Radiance by the finer of the two levels")
 COARSER = Socket("Coarser", "Color", "Radiance by the coarser of the two levels")
 COARSER_SHARE = Socket("Coarser Share", "Float", "Share of the coarser in their mix")
-# The outputs of a response with one radiance, and of a response with a radiance at each of two blur levels.
+MIRRORED = Socket("Mirror", "Color", "Radiance of the mirror reflection")
+MIRRORED_SHARE = Socket("Mirror Share", "Float", "Share of the mirror reflection; 0 where there is none")
+LIKELY = Socket("Likely", "Float", "About the light per irradiance, at little cost, for a choice among lamps")
+# The outputs of a response with one radiance, of a response with a radiance at each of two blur levels as earlier
+# versions made it, and of one with the mirror image apart.
 ONE_RADIANCE = (RADIANCE,)
-TWO_RADIANCES = (RADIANCE, COARSER, COARSER_SHARE)
+TWO_RADIANCES = (*ONE_RADIANCE, COARSER, COARSER_SHARE)
+RADIANCES = (*TWO_RADIANCES, MIRRORED, MIRRORED_SHARE, LIKELY)
 
 MIRROR = Socket("Mirror", "Color", "Reflectance of the mirror reflection (zero order)")
 MIRROR_ROUGHNESS = Socket("Mirror Roughness", "Float", "Roughness of the mirror reflection")
@@ -108,22 +113,27 @@ class Shown:
 class Emission:
     """The light that a surface sends to the viewer from one lamp: a radiance in W/m2/sr, shown as emission.
 
-    A response with two blur levels gives both radiances and the share of the coarser one, clamped to 0 to 1. Cycles
-    evaluates only levels with a share."""
+    A response with two blur levels gives both radiances and the share of the coarser one, clamped to 0 to 1. The mirror
+    image may be apart. Cycles evaluates only what has a share."""
 
     radiance: Value
     coarser: Value | None = None
     coarser_share: Value | None = None
+    mirrored: Value | None = None
+    mirrored_share: Value | None = None
 
     def shown(self, strength: Operand) -> Shown:
         """The emission as a shader times a strength, and its radiance as a colour without the strength."""
         tree = self.radiance.tree
-        shader = tree.emission(self.radiance, strength)
-        if self.coarser is None or self.coarser_share is None:
-            return Shown(shader, self.radiance)
-        shader = tree.mix_shader(self.coarser_share, shader, tree.emission(self.coarser, strength))
-        share = tree.maximum(tree.minimum(self.coarser_share, 1.0), 0.0)
-        return Shown(shader, tree.mix(share, self.radiance, self.coarser))
+        shader, colour = tree.emission(self.radiance, strength), self.radiance
+        if self.coarser is not None and self.coarser_share is not None:
+            shader = tree.mix_shader(self.coarser_share, shader, tree.emission(self.coarser, strength))
+            colour = tree.blend(tree.maximum(tree.minimum(self.coarser_share, 1.0), 0.0), colour, self.coarser)
+        if self.mirrored is not None and self.mirrored_share is not None:
+            mirrored = tree.mix_shader(self.mirrored_share, None, tree.emission(self.mirrored, strength))
+            shader = tree.add_shader(shader, mirrored)
+            colour = colour + self.mirrored * self.mirrored_share
+        return Shown(shader, colour)
 
 
 @dataclass(frozen=True)
@@ -210,10 +220,23 @@ class Response:
     def to_lamp(self, tree: Tree, question: Mapping[Socket, Operand], *, number: int = 1) -> Emission:
         """Add the response's node for a lamp and return its emission. `question` has a value for each socket of
         QUESTION. `number` distinguishes the responses in one tree."""
+        outputs = self._asked(tree, question, number)
+        others = (outputs.get(socket.name) for socket in (COARSER, COARSER_SHARE, MIRRORED, MIRRORED_SHARE))
+        return Emission(outputs[RADIANCE.name], *others)
+
+    @property
+    def tells_likely(self) -> bool:
+        """Whether it can tell about how much light it sends. Groups from earlier versions cannot."""
+        return has_sockets(self.group, (), RADIANCES)
+
+    def likely(self, tree: Tree, question: Mapping[Socket, Operand], *, number: int = 1) -> Value:
+        """Add the response's node for a lamp and return about the light that it sends to the viewer per irradiance, in
+        units of its own. Blender evaluates only what this output needs."""
+        return self._asked(tree, question, number)[LIKELY.name]
+
+    def _asked(self, tree: Tree, question: Mapping[Socket, Operand], number: int) -> dict[str, Value]:
         asked = {socket.name: question[socket] for socket in self.inputs}
-        outputs = tree.group(self.group, asked, label=_numbered(_LABEL, number))
-        coarser, share = (outputs.get(socket.name) for socket in (COARSER, COARSER_SHARE))
-        return Emission(outputs[RADIANCE.name], coarser, share)
+        return tree.group(self.group, asked, label=_numbered(_LABEL, number))
 
     def to_world(self, tree: Tree, question: Mapping[Socket, Operand], *, number: int = 1) -> WorldAnswer | None:
         """Add the response's node for light from unknown directions, if it has one, and return the closures, else None.
@@ -277,7 +300,7 @@ def _has_answer(label: str, tree: bpy.types.NodeTree) -> bool:
     """Whether a node group has the sockets that belong to the label of its node."""
     if label.startswith(_WORLD_LABEL):
         return has_sockets(tree, WORLD_QUESTION, WORLD_ANSWER)
-    return has_sockets(tree, (), TWO_RADIANCES) or has_sockets(tree, (), ONE_RADIANCE)
+    return any(has_sockets(tree, (), outputs) for outputs in (RADIANCES, TWO_RADIANCES, ONE_RADIANCE))
 
 
 def _response(found: Mapping[str, bpy.types.NodeTree | None], number: int) -> Response:

@@ -40,6 +40,7 @@ from ..nodes.node_count import has_parts, note_parts
 from . import group_properties
 from .file_lights import lamps_of_file, left_out_of_file, sources_of_file
 from .group_properties import (
+    answers_every_lamp,
     counts_footprint,
     diffraction_groups,
     frame_of,
@@ -135,6 +136,13 @@ def set_footprint(group: bpy.types.NodeTree, counts: bool) -> None:
     """Set whether a Diffraction group blurs colours that are finer than a pixel (footprint.py)."""
     if counts_footprint(group) != counts:
         group[group_properties.FOOTPRINT] = counts
+        refill(group, responses_in(group))
+
+
+def set_every_lamp(group: bpy.types.NodeTree, every: bool) -> None:
+    """Set whether each sample of a Diffraction group answers to every lamp (two_answers.py)."""
+    if answers_every_lamp(group) != every:
+        group[group_properties.EVERY_LAMP] = every
         refill(group, responses_in(group))
 
 

@@ -24,6 +24,7 @@ from ..nodes.builder import Operand, Tree, Value
 from ..nodes.interface import Socket
 from .footprint import with_footprint
 from .group_properties import (
+    answers_every_lamp,
     counts_footprint,
     frame_of,
     left_out_in,
@@ -47,10 +48,13 @@ from .response import (
     is_opaque,
 )
 from .shadow import hit, ray_start
+from .two_answers import ALL_UP_TO, two_answers
 from .variation_nodes import variation_nodes
 from .wide_lamps import left_by_table, table_share
 
 AOV_NAME = "Diffraction"
+# Weights of a lamp's red, green and blue in a choice among lamps. Any positive weights would do.
+LUMINANCE = (0.2126, 0.7152, 0.0722)
 
 
 def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps: list[bool], *, sources: int) -> None:
@@ -86,11 +90,25 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
     shares = [table_share(tree, light) for light in lit_by] if lights == REST else []
     not_for_closures: list[tuple[Light, Value | float]] = [*zip(lit_by, shares, strict=False)]
     not_for_closures += [(light, 1.0) for light in left_out]
+
+    def asked_of(light: Light) -> dict[Socket, Operand]:
+        asked: dict[Socket, Operand] = {NORMAL: n, TANGENT: t, ZERO_ORDER: zero_order, **to_lamps}
+        return asked | {TO_LIGHT: light.direction, IRRADIANCE: light.irradiance, VARIANCE: light.variance}
+
+    drawn = len(lit_by) > ALL_UP_TO and not answers_every_lamp(group)
+    if drawn and all(response.tells_likely for response in responses):
+        likely = []
+        for light, share in zip_longest(lit_by, shares):
+            sent = tree.dot(light.irradiance, LUMINANCE)
+            parts = [(response.likely(tree, asked_of(light), number=k), area) for k, (response, area) in reliefs]
+            total = sum((part if area is None else part * area for part, area in parts), 0.0)
+            likely.append(total * (sent if share is None else sent * share))
+        lit_by = two_answers(tree, lit_by, likely)
+        shares = [table_share(tree, light) for light in lit_by] if shares else []
     coat: Shown | None = None
     for light, share in zip_longest(lit_by, shares):
         lit = is_lit(tree, light, n=n, cos_r=cos_r, unseen=unseen)
-        asked = {NORMAL: n, TANGENT: t, TO_LIGHT: light.direction, IRRADIANCE: light.irradiance}
-        asked |= {VARIANCE: light.variance, ZERO_ORDER: zero_order, **to_lamps}
+        asked = asked_of(light)
         answer: Shown | None = None
         for k, (response, area) in reliefs:
             shown = response.to_lamp(tree, asked, number=k).shown(strength)

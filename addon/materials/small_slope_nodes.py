@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The small slope reflectance (precompute/optics/small_slope.py) as nodes."""
 
+import math
+
 from ...precompute.optics.small_slope import IOR_MAX
 from ..nodes.builder import Tree, Value
 from .tangent_space import Direction
@@ -22,15 +24,14 @@ def small_slope_reflectance(tree: Tree, ior: Value, *, light: Direction, view: D
     in_i, in_r = tree.sqrt(cos2_i + less_one), tree.sqrt(cos2_r + less_one)
     along = one_plus - light.cosine.times_plus(view.cosine, 1.0)
     sines = tree.maximum((1.0 - cos2_i) * (1.0 - cos2_r), _SINES_MIN)
-    aligned = tree.minimum(tree.squared(along) / sines, 1.0)  # the squared cosine of the azimuth between them
-    # The amplitudes of TE and of TM on each side. A TM one has the factor of the vector along the surface, or across.
-    te_i, te_r = (1.0 / (way.cosine + inside) for way, inside in ((light, in_i), (view, in_r)))
-    across_i, across_r = (
-        1.0 / way.cosine.times_plus(permittivity, inside) for way, inside in ((light, in_i), (view, in_r))
-    )
-    tm_i, tm_r = across_i * in_i, across_r * in_r
-    te2_i, te2_r, tm2_i, tm2_r = (tree.squared(each) for each in (te_i, te_r, tm_i, tm_r))
-    crossed = tm2_i.times_plus(te2_r, te2_i * tm2_r)
-    tm_tm = (tm_i * tm_r).times_plus(along, permittivity * sines * (across_i * across_r))
-    mixed = aligned.times_plus(te2_i * te2_r - crossed, crossed)
-    return (tree.squared(tm_tm) / sines + mixed) * (tree.squared(less_one) * 0.5)
+    # All amplitudes relative to those of TE to TE. On each side, that of TE is 1 / total, and the ratio of TM to TE has
+    # the factor of the vector along the surface, or across.
+    total_i, total_r = light.cosine + in_i, view.cosine + in_r
+    across_i = total_i / light.cosine.times_plus(permittivity, in_i)
+    across_r = total_r / view.cosine.times_plus(permittivity, in_r)
+    crossed = tree.squared(across_i * in_i) + tree.squared(across_r * in_r)
+    tm_tm = (in_i * in_r).times_plus(along, permittivity * sines) * (across_i * across_r)
+    # along^2 / sines is the squared cosine of the azimuth between the directions.
+    same = tree.squared(along).times_plus(1.0 - crossed, tree.squared(tm_tm))
+    te_te = (less_one * math.sqrt(0.5)) / (total_i * total_r)
+    return (same / sines + crossed) * tree.squared(te_te)

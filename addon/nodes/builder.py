@@ -124,12 +124,10 @@ class Tree:
     def arithmetic(self, operation: str, *operands: Operand) -> Value:
         """An operation that Blender's Math and Vector Math nodes share, by name; a vector if any operand is one."""
         vectors = [o.is_vector if isinstance(o, Value) else isinstance(o, tuple) for o in operands]
-        if operation == "MULTIPLY" and vectors in ([True, False], [False, True]):
-            # With a Multiply node, Cycles would first convert the number to a vector.
+        if operation == "MULTIPLY" and any(vectors):
+            # A mix with 0. Cycles evaluates it in less than half the time of Vector Math.
             vector, factor = operands if vectors[0] else operands[::-1]
-            node = self.node("ShaderNodeVectorMath", vector, operation="SCALE")
-            self.feed(node.inputs["Scale"], factor)
-            return self.value(node.outputs["Vector"])
+            return self.blend(factor, (0.0, 0.0, 0.0), vector)
         kind = "ShaderNodeVectorMath" if any(vectors) else "ShaderNodeMath"
         return self.value(self.node(kind, *operands, operation=operation).outputs[0])
 
@@ -164,6 +162,13 @@ class Tree:
         """a times a."""
         return a * a
 
+    def sum_of_squares(self, first: Value, *others: Value) -> Value:
+        """The sum of the squares of numbers. Cycles evaluates it in less time than a dot product."""
+        total = self.squared(first)
+        for each in others:
+            total = each.times_plus(each, total)
+        return total
+
     def fresnel(self, ior: Operand, normal: Value) -> Value:
         """Unpolarised reflectance of a dielectric towards the viewer, equal on both sides of the mesh.
 
@@ -190,10 +195,13 @@ class Tree:
         return (b - a).times_plus(share, a)
 
     def blend(self, share: Operand, a: Operand, b: Operand) -> Value:
-        """The same for vectors, by Blender's Mix node. A number counts as a vector of equal components.
+        """The same for vectors, by Blender's Mix node. A number counts as a vector of equal components. `share` may be
+        a vector, with a share for each component.
 
         Cycles evaluates it in less than half the time of Vector Math nodes."""
-        node = self.node("ShaderNodeMix", share, a, b, data_type="VECTOR", factor_mode="UNIFORM", clamp_factor=False)
+        each = share.is_vector if isinstance(share, Value) else isinstance(share, tuple)
+        mode = "NON_UNIFORM" if each else "UNIFORM"
+        node = self.node("ShaderNodeMix", share, a, b, data_type="VECTOR", factor_mode=mode, clamp_factor=False)
         return self.value(next(socket for socket in node.outputs if socket.enabled))
 
     def image(self, image: bpy.types.Image, at: Value, label: str = "") -> Value:

@@ -29,6 +29,7 @@ def draw_quality(layout, context, grating) -> None:
     row = layout.row()
     row.prop(grating, "footprint")
     row.prop(grating, "shadows")
+    row.prop(grating, "every_lamp")
     header, body = layout.panel_prop(folds(context), DETAILS)
     header.label(text="Details")
     if body is not None:

@@ -11,7 +11,7 @@ from ..blender import compat
 from ..gratings.baked_region import noted_region
 from ..gratings.grating import Grating, kept_path, unused_name
 from ..gratings.own_names import follow_name, name_in, note_own, was_own
-from ..materials.group_properties import counts_footprint, frame_of, lights_of, traces_shadows
+from ..materials.group_properties import answers_every_lamp, counts_footprint, frame_of, lights_of, traces_shadows
 from ..materials.group_users import linked_strays, materials_with, owners, strays
 from ..materials.pictures import made_from
 from ..materials.replace import parts_of
@@ -80,11 +80,8 @@ def _new_grating(scene: bpy.types.Scene, group: bpy.types.NodeTree) -> Grating:
         take_bake(grating, path)  # before the grating has its group, which this would make anew
     tree, _ = own_trees(group)
     grating.for_scene = tree is not None and noted_region(tree) is not None
-    grating.lights, grating.shadows, grating.footprint = (
-        lights_of(group),
-        traces_shadows(group),
-        counts_footprint(group),
-    )
+    grating.lights, grating.shadows = lights_of(group), traces_shadows(group)
+    grating.footprint, grating.every_lamp = counts_footprint(group), answers_every_lamp(group)
     grating.take_frame_source(frame_of(group))
     grating.group = group
     grating.material = next((m for m in materials_with(group) if m.library is None and was_own(m)), None)

@@ -7,11 +7,11 @@ from typing import Any
 import bpy
 
 from ..materials.group_properties import is_diffraction, lights_of
-from ..materials.skin import set_footprint, set_lighting
+from ..materials.skin import set_every_lamp, set_footprint, set_lighting
 
 
 def follow_settings(first: bpy.types.Scene | None = None) -> None:
-    """Apply Shadows and Footprint of the file's gratings to their materials. Nodes that are right already stay. If
+    """Apply the switches of the file's gratings to their materials. Nodes that are right already stay. If
     scenes share a material, as a copied scene does, the settings of the scene `first` count."""
     done: set[bpy.types.NodeTree] = set()
     for scene in sorted(bpy.data.scenes, key=lambda scene: scene != first):
@@ -22,3 +22,4 @@ def follow_settings(first: bpy.types.Scene | None = None) -> None:
                 done.add(group)
                 set_lighting(group, shadows=grating.shadows, lights=lights_of(group))
                 set_footprint(group, grating.footprint)
+                set_every_lamp(group, grating.every_lamp)

@@ -95,7 +95,8 @@ def _settings(grating: Grating) -> tuple[Any, ...]:
     bake = (grating.levelling, grating.delta_e, grating.coherence_um, grating.spread_deg, *matter, grating.request)
     variation = Variation() if grating.group is None else variation_of(grating.group)
     look = (tuple(grating.look.base_color), grating.look.base_roughness, grating.look.inputs, grating.look.hologram)
-    return *scan, *bake, *look, grating.lights, grating.shadows, grating.footprint, grating.frame_source(), variation
+    shown = grating.lights, grating.shadows, grating.footprint, grating.every_lamp
+    return *scan, *bake, *look, *shown, grating.frame_source(), variation
 
 
 def _read(records: Sequence[dict[str, Any]]) -> list[tuple[str, Description]]:

@@ -24,6 +24,7 @@ from ..materials.skin import (
     crowded,
     group_around,
     refill,
+    set_every_lamp,
     set_footprint,
     set_frame,
     set_lighting,
@@ -91,6 +92,7 @@ def group_of(scene: bpy.types.Scene, grating: Grating) -> bpy.types.NodeTree:
     set_lighting(grating.group, shadows=grating.shadows, lights=grating.lit_by)
     set_frame(grating.group, grating.frame_source())
     set_footprint(grating.group, grating.footprint)
+    set_every_lamp(grating.group, grating.every_lamp)
     follow_name(grating)  # a file saved by an earlier version may hold an old name
     keep_exact_normals(scene)
     return grating.group

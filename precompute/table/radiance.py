@@ -62,7 +62,7 @@ def reflected_xyz(
     5), without the bound. Under a plate, the formula has the directions inside, and the result is multiplied by
     plate_factor (optics/plate.py). The disc's variance is then divided by the square of the plate's index."""
     plate_ior = table.plate_ior
-    disc = variance * (1 + wi[..., 2] ** 2) / (2 * plate_ior**2)
+    shortened = (1 + wi[..., 2] ** 2) / 2
     passed = np.reshape(plate_factor(wi, wr, plate_ior), (-1, 1))
     if plate_ior != NO_PLATE:
         wi, wr = inside_plate(wi, plate_ior), inside_plate(wr, plate_ior)
@@ -70,7 +70,8 @@ def reflected_xyz(
     ior = None if holds else skin.ior if stam else min(skin.ior, IOR_MAX)
     u, v, w = (wi + wr).T
     cos_i = wi[..., 2]
-    blur = np.maximum(disc - table.sigma_b**2, 0) + (w * skin.roughness**2) ** 2 / 2
+    disc = np.maximum(variance / plate_ior**2 - table.sigma_b**2, 0) * shortened
+    blur = disc + (w * skin.roughness**2) ** 2 / 2
     p, c = skin.period_scale, skin.height_scale
     inside = ((p * u) ** 2 + (p * v) ** 2 < (2 / plate_ior) ** 2) & table.holds(p * u, p * v, c * w)
     xyz = inside[:, None] * table.scattered_over_w2(p * u, p * v, c * w, variance=blur * p**2)

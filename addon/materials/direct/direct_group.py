@@ -13,8 +13,11 @@
 | IOR            | n      |         | 1.56    | of the skin: sets the reflectance |
 | Period Scale   | p      |         | 1       | stretches the relief along the surface |
 | Height Scale   | c      |         | 1       | scales the relief's heights; at most 1, as the table ends at w = 2 |
-| Finer, Coarser (out) | Lo | W/m2/sr |       | radiance, linear RGB, at the two blur levels around the variance |
+| Finer, Coarser (out) | Lo | W/m2/sr |   | scattered radiance, linear RGB, at the two blur levels around the variance |
 | Coarser Share (out) |  |         |         | share of Coarser in their mix |
+| Mirror (out)   | Lo     | W/m2/sr |         | radiance of the mirror image (the second summand below) without z |
+| Mirror Share (out) | z  |         |         | share of Mirror; 0 where there is no mirror image |
+| Likely (out)   |        |         |         | about the radiance per irradiance, in units of the table's scale |
 
     Lo = E [ 4 cos(ti)^2 cos(tr) Q p^2 c^2 sum_k f_k(t(c w)) B_k(p u, p v) + z R cos(ti) Z(c w) kernel(u, v) ]
 
@@ -29,7 +32,7 @@ stored as sums of Chebyshev polynomials. Under a plate, the formula has the dire
 multiplied by T(ti) T(tr) cos(ti) / (n^2 cos(ti')) (precompute/optics/plate.py). B_k are read at the blur levels
 (precompute/table/atlas.py) around the variance
 
-    sigma^2 = sigma_b^2 + max(0, Variance (1 + cos(ti)^2) / 2 - sigma_b^2) + (w r^2)^2 / 2
+    sigma^2 = sigma_b^2 + max(0, Variance - sigma_b^2) (1 + cos(ti)^2) / 2 + (w r^2)^2 / 2
 
 The second term is the lamp's disc. The bake's own kernel already covers a disc of its size, so only the rest of the
 disc's variance is added. Projected onto the surface, a disc keeps its width across the plane of incidence and is
@@ -48,17 +51,23 @@ from ...nodes.interface import add_interface
 from ..atlas_nodes import AtlasTable, albedo_bound, excess_albedo, zero_order_xyz
 from ..gamut_nodes import shown_rgb
 from ..plate_nodes import Plate
-from ..response import QUESTION, TWO_RADIANCES, Response
+from ..response import QUESTION, RADIANCES, Response
 from ..small_slope_nodes import dielectric_ior, small_slope_reflectance
 from ..tangent_space import Direction
 
 GROUP_PREFIX = "Diffraction Direct"
+# Squared distance from the mirror direction, over the kernel's variance, beyond which the kernel counts as 0. There it
+# is 8e-10 of its peak.
+_KERNEL_ENDS = 42.0
+# For the likely light: how much wider its kernel is, in variance. It must not be narrower anywhere, or the few samples
+# that hit what it does not know would be fireflies. And a zero order.
+_WIDER, _ZERO_ORDER_LIKELY = 4.0, 0.5
 
 
 def build_direct_group(name: str, image: bpy.types.Image, layout: Layout, *, rgb_from_xyz: np.ndarray) -> Response:
     """The response of one bake. `image` holds its atlas; rgb_from_xyz (3, 3) converts to the scene's linear space."""
     group = bpy.data.node_groups.new(f"{GROUP_PREFIX} {name}", "ShaderNodeTree")
-    add_interface(group, QUESTION, TWO_RADIANCES)
+    add_interface(group, QUESTION, RADIANCES)
     tree = Tree(group)
     asked = tree.inputs()
     inputs = (asked[socket.name] for socket in QUESTION)
@@ -69,20 +78,19 @@ def build_direct_group(name: str, image: bpy.types.Image, layout: Layout, *, rgb
     plate = Plate(layout.plate_ior)
     to_light, to_view = (Direction.seen_in(tree, way, (t, b, n)) for way in (wi, wr))
     light, view = (plate.inside(tree, way) for way in (to_light, to_view))
-    half = light.vector + view.vector
-    w = light.cosine + view.cosine
-    uv = half * (1.0, 1.0, 0.0)
-    half2 = tree.dot(half, half)  # 2 (1 + wi.wr)
+    u, v, w = light.x + view.x, light.y + view.y, light.cosine + view.cosine
+    uv2 = tree.sum_of_squares(u, v)
+    half2 = w.times_plus(w, uv2)  # 2 (1 + wi.wr)
 
+    # 0, and so a constant in Cycles, for a small lamp on a smooth skin.
+    largest = tree.maximum(disc * layout.plate_ior**-2 - layout.sigma_b**2, 0.0)
     slope = w * (roughness * roughness)
-    shortened = 0.5 / layout.plate_ior**2
-    disc = disc * tree.squared(to_light.cosine).times_plus(shortened, shortened)
-    blur = tree.maximum(disc - layout.sigma_b**2, 0.0) + slope * slope * 0.5
-    table = AtlasTable(tree, image, layout, uv=uv * period_scale, w=w * height_scale)
+    blur = largest * tree.squared(to_light.cosine).times_plus(0.5, 0.5) + slope * slope * 0.5
+    table = AtlasTable(tree, image, layout, uv=(u * period_scale, v * period_scale), w=w * height_scale)
     # Period Scale stretches the relief's own kernel, but not the blur by lamp and roughness.
     finer, coarser, share = table.around(blur * (period_scale * period_scale))
 
-    gain = irradiance
+    gain, reflected = irradiance, None
     mirrored = zero_order_xyz(tree, image, layout, w=w * height_scale)
     if layout.holds_reflectance:
         excesses = (excess_albedo(tree, image, layout, way=way) for way in (light, view))
@@ -90,22 +98,29 @@ def build_direct_group(name: str, image: bpy.types.Image, layout: Layout, *, rgb
         factor = half2 * half2 / tree.maximum(view.cosine, 1e-6) * 0.25
     else:
         ior = dielectric_ior(tree, ior)
-        mirrored = mirrored * tree.fresnel(ior, tree.normalize(wi + wr))
+        half = wi + wr
+        mirror = tree.normalize(half) if plate.present else half * tree.math("INVERSE_SQRT", half2)
+        reflected = tree.fresnel(ior, mirror)
         slopes = small_slope_reflectance(tree, ior, light=light, view=view, one_plus=half2 * 0.5)
-        factor = tree.squared(light.cosine) * view.cosine * slopes * 4.0
+        factor = tree.squared(light.cosine) * slopes * (view.cosine * 4.0)
     if plate.present:
         gain = gain * plate.factor(tree, (to_light, to_view), (light, view))
-    scattered = factor * (tree.squared(period_scale * height_scale) * layout.scale)
+    scattered = factor * table.inside * (tree.squared(period_scale * height_scale) * layout.scale)
+
+    def radiance(xyz: Value, factor: Value) -> Value:
+        return shown_rgb(tree, rgb_from_xyz, xyz) * (gain * factor)
+
+    finer = radiance(finer, scattered)
+    coarser = finer if coarser is None else radiance(coarser, scattered)
     variance = blur + layout.sigma_b**2
-    gaussian = tree.math("POWER", math.exp(-0.5), tree.dot(uv, uv) / variance)
-    kernel = gaussian / variance * light.cosine * (zero_order * (1 / (2 * math.pi)))
-    mirrored = mirrored * kernel
-
-    def radiance(table_xyz: Value) -> Value:
-        return shown_rgb(tree, rgb_from_xyz, table_xyz * scattered + mirrored) * gain
-
-    finer = radiance(finer)
-    coarser = finer if coarser is None else radiance(coarser)
-    tree.output(finer, coarser, share)
+    kernel = tree.math("POWER", math.exp(-0.5), uv2 / variance) / variance * light.cosine * (1 / (2 * math.pi))
+    mirrored = radiance(mirrored, kernel if reflected is None else kernel * reflected)
+    near = tree.math("LESS_THAN", uv2, variance * _KERNEL_ENDS) * zero_order
+    # Constants in Cycles for suns: the variance of a lamp at the normal, and wider than the kernel on purpose.
+    wide = (largest + tree.squared(roughness * roughness) * 2.0).times_plus(_WIDER, _WIDER * layout.sigma_b**2)
+    likely = table.likely(wide * (period_scale * period_scale))
+    at_mirror = wide * (_ZERO_ORDER_LIKELY / (2 * math.pi) / layout.scale) * zero_order
+    likely = likely + at_mirror / tree.squared(uv2 + wide)
+    tree.output(finer, coarser, share, mirrored, near, likely * tree.maximum(light.cosine, 0.0))
     arrange(group)
     return Response(group)

@@ -135,8 +135,9 @@ def build_world_group(
     above = plate.above(tree, light)
     to_light = to_space(above)
     lobe_normal = tree.normalize(to_light + wr)
-    table = AtlasTable(tree, image, layout, uv=draw.uv * ratio + moved, w=w * height_scale)
-    xyz = table.sharp()
+    read = Direction.of(tree, draw.uv * ratio + moved)
+    table = AtlasTable(tree, image, layout, uv=(read.x, read.y), w=w * height_scale)
+    xyz = table.sharp() * table.inside
     total = tree.maximum(tree.dot(xyz, (1.0, 1.0, 1.0)), _SUM_MIN)
     # No light has a larger component than the most saturated colour. Rounding errors of the table in the dark may.
     red, green, blue = (float(row.max()) for row in rgb_from_xyz)

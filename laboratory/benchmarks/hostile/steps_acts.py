@@ -171,7 +171,8 @@ def change_grating(random: Random) -> None:
         name, values = random.choice((
             ("delta_e", (0.5, 3.0, 20.0)), ("coherence_um", (0.0, 10.0)),
             ("spread_deg", (0.0, 3.0)), ("matter", ("GOLD", "DIELECTRIC", "LAYERS")),
-            ("shadows", (True, False)), ("footprint", (True, False)), ("lights", ("LAMPS", "REST", "ALL")),
+            ("shadows", (True, False)), ("footprint", (True, False)),
+            ("every_lamp", (True, False)), ("lights", ("LAMPS", "REST", "ALL")),
             ("size_um", (0.0, 4.0)), ("source", ("", "sample:blazed")), ("bake_path", ("", "//nowhere.exr")),
         ))  # fmt: skip
         items = grating.bl_rna.properties[name]
