@@ -39,13 +39,20 @@ class FrequencyGrid:
 
 def phasor(height_m: np.ndarray, s: float) -> np.ndarray:
     """The phasor exp(-i 2 pi s h) (...,), complex128, of heights (...,) in metres; s in cycles per metre."""
-    return np.exp((-2j * np.pi * s) * height_m)
+    phase = (2 * np.pi * s) * height_m
+    out = np.empty(phase.shape, complex)
+    out.real, out.imag = np.cos(phase), -np.sin(phase)
+    return out
 
 
 def zero_order_amplitude(relief: Relief, s: float) -> complex:
     """The mean phasor, weighted by the squared apodisation; its squared modulus is the zero order's efficiency."""
+    return _mean(relief, phasor(relief.height_m, s))
+
+
+def _mean(relief: Relief, field: np.ndarray) -> complex:
     weights = relief.apodisation**2
-    return complex(np.sum(weights * phasor(relief.height_m, s)) / np.sum(weights))
+    return complex(np.sum(weights * field) / np.sum(weights))
 
 
 def frequency_grid(relief: Relief, q_max: float, finest_kernel: float) -> FrequencyGrid:
@@ -92,8 +99,10 @@ def scattered_spectrum(relief: Relief, s: float, grid: FrequencyGrid) -> tuple[n
     Over all bins of the transform, kept or not, the scattered power and the efficiency sum to 1. Raises GratingError if
     the transform would take more than half of the free memory."""
     refuse_beyond_memory(_BYTES_PER_BIN * math.prod(grid.transform_shape), "the relief's transform", SMALLER)
-    amplitude = zero_order_amplitude(relief, s)
-    scattered = relief.apodisation * (phasor(relief.height_m, s) - amplitude)
+    scattered = phasor(relief.height_m, s)
+    amplitude = _mean(relief, scattered)
+    scattered -= amplitude
+    scattered *= relief.apodisation
     rows, cols = grid.transform_shape
     # Rows are transformed first, so that only the kept columns need the second transform.
     half = np.fft.fft(scattered, n=cols, axis=1)[:, fft_order(grid.q_x, cols)]
