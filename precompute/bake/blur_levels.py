@@ -18,6 +18,7 @@ from typing import Literal
 import numpy as np
 
 from ..maths import bspline
+from ..maths.banded import banded_sums
 from ..optics.region import FARTHEST
 from ..table.table import Table
 from ..table.tiling import SPACINGS, TILE_PADDING, Cell, cell_for
@@ -29,8 +30,6 @@ _WINDOW, _WINDOW_REACH, _BLUR_REACH = 2.0, 8, 6.0
 # Number of frequencies, from 0 to twice the highest of the samples, at which a weight's spectrum is summed. The sum
 # repeats at distances of this many samples, far beyond the reach.
 _FREQUENCIES = 64
-# Number of places that are blurred by one product. A taller matrix has more zeros.
-_PLACES_AT_ONCE = 16
 # The next level is made from texels finer by this factor. With 2, no level of the scan of Elaphe was more accurate.
 _FINER = 1.5
 
@@ -104,19 +103,8 @@ def _blurred(terms: np.ndarray, sigma: float, *, step: float, count: int, mode: 
     reach = max(_WINDOW_REACH, math.ceil(_BLUR_REACH * sigma))
     rows = np.floor(at).astype(int)[:, None] + np.arange(1 - reach, 1 + reach)
     shares = blur_weights(at - rows[:, 0], rows.shape[1], sigma)
-    last = terms.shape[1] - 1
-    if mode == "constant":
-        shares *= (rows >= 0) & (rows <= last)
-    rows = np.clip(rows, 0, last)
-    flat = terms.reshape(len(terms), last + 1, -1)
-    out = np.empty((len(terms), count, flat.shape[2]), terms.dtype)
-    for start in range(0, count, _PLACES_AT_ONCE):
-        part = slice(start, start + _PLACES_AT_ONCE)
-        first, end = rows[part][0, 0], rows[part][-1, -1] + 1
-        matrix = np.zeros((len(rows[part]), end - first))
-        np.add.at(matrix, (np.arange(len(matrix))[:, None], rows[part] - first), shares[part])
-        np.matmul(matrix.astype(terms.dtype), flat[:, first:end], out=out[:, part])
-    return out.reshape(*out.shape[:2], *terms.shape[2:])
+    sums = banded_sums(terms.reshape(*terms.shape[:2], -1), rows[:, 0], shares, edge=mode == "edge")
+    return sums.reshape(*sums.shape[:2], *terms.shape[2:])
 
 
 def blur_weights(first: np.ndarray, count: int, sigma: float) -> np.ndarray:
