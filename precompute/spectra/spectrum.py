@@ -7,6 +7,7 @@ mean. The weights make both orthogonal, so by Parseval's theorem the efficiency 
 """
 
 import math
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +19,8 @@ from ..surface.relief import SMALLER, Relief
 _GUARD = 0.4
 # The memory of scattered_spectrum in bytes per bin of its transform (laboratory/benchmarks/memory.py).
 _BYTES_PER_BIN = 64
+# Rows and columns that are transformed at once.
+_ROWS_AT_ONCE, _COLUMNS_AT_ONCE = 128, 64
 
 
 @dataclass(frozen=True)
@@ -103,12 +106,33 @@ def scattered_spectrum(relief: Relief, s: float, grid: FrequencyGrid) -> tuple[n
     amplitude = _mean(relief, scattered)
     scattered -= amplitude
     scattered *= relief.apodisation
+    return power_of_rows(scattered.__getitem__, relief, grid, precision=np.float64), abs(amplitude) ** 2
+
+
+def power_of_rows(
+    field: Callable[[slice], np.ndarray], relief: Relief, grid: FrequencyGrid, *, precision: type[np.floating]
+) -> np.ndarray:
+    """The power (ny, nx) in a grid's bins of an apodised field, which is given by blocks of its rows.
+
+    By blocks, the transforms stay in a core's cache, and take little memory besides their result."""
     rows, cols = grid.transform_shape
+    kept_x, kept_y = fft_order(grid.q_x, cols), fft_order(grid.q_y, rows)
     # Rows are transformed first, so that only the kept columns need the second transform.
-    half = np.fft.fft(scattered, n=cols, axis=1)[:, fft_order(grid.q_x, cols)]
-    kept = np.fft.fft(half, n=rows, axis=0)[fft_order(grid.q_y, rows)]
-    norm = rows * cols * np.sum(relief.apodisation**2)
-    return (kept.real**2 + kept.imag**2) / norm, abs(amplitude) ** 2
+    half = np.empty((len(relief.height_m), len(kept_x)), np.result_type(precision, np.complex64))
+    for part in row_blocks(relief):
+        half[part] = np.fft.fft(field(part), cols, axis=1)[:, kept_x]
+    power = np.empty((len(kept_y), len(kept_x)), precision)
+    for start in range(0, len(kept_x), _COLUMNS_AT_ONCE):
+        part = slice(start, start + _COLUMNS_AT_ONCE)
+        kept = np.fft.fft(half[:, part], rows, axis=0)[kept_y]
+        power[:, part] = kept.real**2 + kept.imag**2
+    power /= precision(rows * cols * np.prod([np.sum(apodisation**2) for apodisation in relief.apodisation_axes]))
+    return power
+
+
+def row_blocks(relief: Relief) -> Iterator[slice]:
+    """The slices of a relief's rows that are transformed at once."""
+    return (slice(start, start + _ROWS_AT_ONCE) for start in range(0, len(relief.height_m), _ROWS_AT_ONCE))
 
 
 def fft_order(q: np.ndarray, count: int) -> np.ndarray:
