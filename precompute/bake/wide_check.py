@@ -142,7 +142,7 @@ def _octaves(image: np.ndarray, variance: float) -> list[tuple[np.ndarray, float
         added = added if added > 1 else 0.0
         for axis in (0, 1):
             image = np.moveaxis(_halved(np.moveaxis(image, axis, 0), math.sqrt(added)), 0, axis)
-        found.append((image, (variance + added) / 4))
+        found.append((np.ascontiguousarray(image), (variance + added) / 4))
     return found
 
 
