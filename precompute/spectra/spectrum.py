@@ -117,15 +117,15 @@ def power_of_rows(
     By blocks, the transforms stay in a core's cache, and take little memory besides their result."""
     rows, cols = grid.transform_shape
     kept_x, kept_y = fft_order(grid.q_x, cols), fft_order(grid.q_y, rows)
-    # Rows are transformed first, so that only the kept columns need the second transform.
-    half = np.empty((len(relief.height_m), len(kept_x)), np.result_type(precision, np.complex64))
+    # Rows are transformed first, so that only the kept columns need the second transform. Both read along memory.
+    half = np.empty((len(kept_x), len(relief.height_m)), np.result_type(precision, np.complex64))
     for part in row_blocks(relief):
-        half[part] = np.fft.fft(field(part), cols, axis=1)[:, kept_x]
+        half[:, part] = np.fft.fft(field(part), cols, axis=1)[:, kept_x].T
     power = np.empty((len(kept_y), len(kept_x)), precision)
     for start in range(0, len(kept_x), _COLUMNS_AT_ONCE):
         part = slice(start, start + _COLUMNS_AT_ONCE)
-        kept = np.fft.fft(half[:, part], rows, axis=0)[kept_y]
-        power[:, part] = kept.real**2 + kept.imag**2
+        kept = np.fft.fft(half[part], rows, axis=1)[:, kept_y]
+        power[:, part] = (kept.real**2 + kept.imag**2).T
     power /= precision(rows * cols * np.prod([np.sum(apodisation**2) for apodisation in relief.apodisation_axes]))
     return power
 
