@@ -21,9 +21,8 @@ from precompute.cli.parser import OneLineParser
 from precompute.maps import brdf_map
 from precompute.measure.errors import Errors, Truth, measure
 from precompute.measure.pairs import draw_w
-from precompute.measure.truths import draw_pairs
+from precompute.measure.truths import draw_pairs, exact_spectrum
 from precompute.reference.ensemble_reference import reference_grid
-from precompute.spectra.spectrum import scattered_spectrum
 from precompute.surface.description import describe
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import Relief, relief_of
@@ -72,9 +71,7 @@ def difference(plain: Baked, other: Baked) -> Errors:
     grid = reference_grid(plain.relief, table.sigma_b)
     truth = []
     for w in draw_w(W_COUNT, rng):
-        pairs = draw_pairs(
-            lambda s: (scattered_spectrum(plain.relief, s, grid)[0], grid), table.sigma_b, w, count=PAIRS, rng=rng
-        )
+        pairs = draw_pairs(exact_spectrum(plain.relief, grid), table.sigma_b, w, count=PAIRS, rng=rng)
         scattered, zero_order = table.candidate(pairs.u, pairs.v, w)
         truth.append(Truth(w, pairs, scattered * w**2, zero_order))
     return measure(truth, other.made.table.candidate)

@@ -8,13 +8,12 @@ import numpy as np
 from precompute.colour.observer import WAVELENGTH_MIN_M, spectral_weights, wavelengths
 from precompute.measure.errors import Truth
 from precompute.measure.pairs import Pairs, draw_w
-from precompute.measure.truths import draw_pairs
+from precompute.measure.truths import binned, draw_pairs, exact_spectrum
 from precompute.methods import exact
 from precompute.methods.method import Settings
 from precompute.optics import coherence
 from precompute.reference.ensemble_reference import blurred, reference_grid
 from precompute.spectra.series import SpectrumSeries, spectrum_series
-from precompute.spectra.spectrum import scattered_spectrum
 from precompute.surface.relief import Relief
 
 from ..study import evaluation
@@ -41,7 +40,7 @@ def ensemble_truths(
     for w in draw_w(w_count, rng):
 
         def spectrum(s: float):
-            return _power(series, s), series.grid
+            return binned(_power(series, s), series.grid)
 
         drawn = draw_pairs(spectrum, sigma_b, w, count=pairs, rng=rng)
         drawn = away_from_zero_order(drawn, sigma_b)
@@ -78,7 +77,7 @@ def patch_truths(relief: Relief, length_m: float, w_count: int, *, pairs: int, s
     reference = exact.build_patch(relief, Settings(coherence_length_m=length_m, step_m=step_m))
     found = []
     for w in draw_w(w_count, rng):
-        drawn = draw_pairs(lambda s: (scattered_spectrum(relief, s, grid)[0], grid), sigma_b, w, count=pairs, rng=rng)
+        drawn = draw_pairs(exact_spectrum(relief, grid), sigma_b, w, count=pairs, rng=rng)
         drawn = away_from_zero_order(drawn, sigma_b)
         found.append(Truth(w, drawn, reference.xyz(drawn.u, drawn.v, w), np.zeros(3)))
     return found

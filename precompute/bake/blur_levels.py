@@ -18,6 +18,7 @@ from typing import Literal
 import numpy as np
 
 from ..maths import bspline
+from ..maths.banded import banded_sums
 from ..optics.region import FARTHEST
 from ..table.table import Table
 from ..table.tiling import SPACINGS, TILE_PADDING, Cell, cell_for
@@ -101,16 +102,15 @@ def _blurred(terms: np.ndarray, sigma: float, *, step: float, count: int, mode: 
     at = TILE_PADDING + step * (np.arange(count) - TILE_PADDING)
     reach = max(_WINDOW_REACH, math.ceil(_BLUR_REACH * sigma))
     rows = np.floor(at).astype(int)[:, None] + np.arange(1 - reach, 1 + reach)
-    shares = blur_weights(at[:, None] - rows, sigma).astype(terms.dtype)
-    before, after = -rows[0, 0], max(0, rows[-1, -1] - len(terms[0]) + 1)
-    wide = np.pad(terms, [(0, 0), (before, after)] + [(0, 0)] * (terms.ndim - 2), mode=mode)
-    shape = (-1,) + (1,) * (terms.ndim - 2)
-    return sum(share.reshape(shape) * wide[:, row + before] for share, row in zip(shares.T, rows.T, strict=True))
+    shares = blur_weights(at - rows[:, 0], rows.shape[1], sigma)
+    sums = banded_sums(terms.reshape(*terms.shape[:2], -1), rows[:, 0], shares, edge=mode == "edge")
+    return sums.reshape(*sums.shape[:2], *terms.shape[2:])
 
 
-def blur_weights(distance: np.ndarray, sigma: float) -> np.ndarray:
-    """The weights (places, samples) of samples at a distance from each place, in sample steps, that give the sampled
-    function under a Gaussian blur of `sigma`. Each place's weights sum to 1.
+def blur_weights(first: np.ndarray, count: int, sigma: float) -> np.ndarray:
+    """The weights (places, count) of samples around each place that give the sampled function under a Gaussian blur of
+    `sigma`. In sample steps, a place is at the distance `first` (places,) beyond the first sample. Each place's weights
+    sum to 1.
 
     Their spectrum is the Gaussian's, exp(-2 pi^2 sigma^2 f^2), times that of the interpolation: 1 within |f| < 1 / 2
     and 0 beyond, with an edge softened by the window."""
@@ -118,5 +118,7 @@ def blur_weights(distance: np.ndarray, sigma: float) -> np.ndarray:
     sharp = math.pi * math.sqrt(2) * _WINDOW
     interpolation = np.array([math.erf(sharp * (0.5 + each)) + math.erf(sharp * (0.5 - each)) for each in f]) / 2
     spectrum = interpolation * np.exp(-2 * (math.pi * sigma * f) ** 2)
-    weights = np.cos(2 * math.pi * distance[..., None] * f) @ spectrum
+    # The cosine of a distance is one of the difference of two angles.
+    place, sample = (2 * math.pi * each[:, None] * f for each in (first, np.arange(count)))
+    weights = (np.cos(place) * spectrum) @ np.cos(sample).T + (np.sin(place) * spectrum) @ np.sin(sample).T
     return weights / weights.sum(axis=-1, keepdims=True)

@@ -80,9 +80,9 @@ def plan(
         fault = "only a scan of an area whose edges do not wrap has directions to spread"
         raise GratingError("", fault, ("leave ", Setting.SPREAD_DEG, " out"))
     delta_e, needs = request.delta_e, request.needs
-    auto, baked, plate_ior = request.coherence_length_m is None, request.matter.baked, request.matter.plate_ior
+    asked_m, baked, plate_ior = request.coherence_length_m, request.matter.baked, request.matter.plate_ior
     sigma_b = kernel_for(reliefs, request)
-    if auto:  # a kernel too narrow for a table of DEFAULT_BYTES need not be resolved
+    if asked_m is None:  # a kernel too narrow for a table of DEFAULT_BYTES need not be resolved
         sigma_b = max(sigma_b, TEXELS_MIN * texel_size(int(math.sqrt(DEFAULT_BYTES / BYTES_PER_TEXEL / 4))))
     if request.matter.has_plate:  # from here on everything is that of the directions inside the plate
         sigma_b, needs = sigma_b / plate_ior, needs.inside_plate(plate_ior)
@@ -94,18 +94,13 @@ def plan(
     terms = measured.terms(delta_e)
     texels = min(finer * measured.texels_per_sigma(delta_e), TEXELS_MAX)
     resolution = resolution_for(sigma_b, texels)
-    finest = min(RESOLUTION_MAX, int(math.sqrt(DEFAULT_BYTES / (BYTES_PER_TEXEL * terms))) // 2 * 2)
-    while (
-        blender_bytes(terms, (finest, finest), texels * texel_size(finest), bound=baked) > DEFAULT_BYTES
-        and finest > RESOLUTION_MIN
-    ):
-        finest -= 2
-    finest, most = (int(count * plate_ior) // 2 * 2 for count in (finest, RESOLUTION_MAX))  # a tile spans 4 / plate_ior
-    if request.coherence_length_m is not None and resolution > most:
-        raise too_fine(request.coherence_length_m, delta_e)
-    if auto and resolution > finest:
-        resolution, sigma_b = finest, texels * texel_size(finest)
-        lambdas = wavelengths_of(sigma_b, request)
+    if asked_m is None:
+        finest = int(_finest(terms, texels, math.ceil(resolution / plate_ior), bound=baked) * plate_ior) // 2 * 2
+        if resolution > finest:
+            resolution, sigma_b = finest, texels * texel_size(finest)
+            lambdas = wavelengths_of(sigma_b, request)
+    elif resolution > int(RESOLUTION_MAX * plate_ior) // 2 * 2:  # a tile spans 4 / plate_ior
+        raise too_fine(asked_m, delta_e)
     texel = texel_size(resolution)
     v, u = (texel_middles(*side, texel) for side in (needs.region.v, needs.region.u))
     precision = np.float16 if measured.halves_do(terms, delta_e) else np.float32
@@ -113,6 +108,21 @@ def plan(
         ensemble, lambdas, sigma_b, texel, (v, u), terms, needs.w, precision, request.matter,
         bound_tolerance=baked * _OF_BOUND * min(delta_e, 1) / DELTA_E_OF_BOUND,
     )  # fmt: skip
+
+
+def _finest(terms: int, texels: float, wanted: int, *, bound: bool) -> int:
+    """The even number of texels a side, at least `wanted` if possible, of a whole table that fits DEFAULT_BYTES."""
+
+    def fits(count: int) -> bool:
+        return blender_bytes(terms, (count, count), texels * texel_size(count), bound=bound) <= DEFAULT_BYTES
+
+    finest = min(RESOLUTION_MAX, int(math.sqrt(DEFAULT_BYTES / (BYTES_PER_TEXEL * terms))) // 2 * 2)
+    wanted += wanted % 2
+    if wanted <= finest and fits(wanted):
+        return wanted
+    while finest > RESOLUTION_MIN and not fits(finest):
+        finest -= 2
+    return finest
 
 
 def _spectra(

@@ -2,8 +2,8 @@
 """Estimates the memory and the time of a bake before its transforms begin.
 
 The constants are measured (`./dev bench memory` prints expected and measured figures side by side) on two cores of a
-server, on pictures of 512 to 1024 pixels that are 40 to 200 um wide and 0.3 to 5 um high. The estimated memory is up to
-a third too high. The time is right to a factor of two there, and scales with the speed of other machines.
+server, on pictures of 512 to 1024 pixels that are 40 to 200 um wide and 0.3 to 5 um high. The estimated memory is 1.5
+to 2.4 times the measured one. The time is right to a factor of two there, and scales with the speed of other machines.
 """
 
 import math
@@ -20,7 +20,7 @@ from .resolution import texel_middles
 # Bytes per byte of the series, per bin of a transform, per transform (the probe), and constant (tables).
 _PER_SERIES_BYTE, _PER_FINE_BIN, _PER_TRANSFORM, _ALWAYS = 3.6, 16, 4 << 20, 100 << 20
 # Seconds per bin, transform, node of w (about as many as transforms) and wavelength; and constant.
-_SECONDS_EACH, _SECONDS_ALWAYS = 1e-9, 8.0
+_SECONDS_EACH, _SECONDS_ALWAYS = 3e-10, 2.0
 
 
 def expected_bytes(work: Work) -> float:

@@ -21,15 +21,14 @@ import numpy as np
 
 from ..base.progress import Progress, part_of
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, line_of, seen_wavelengths, spectral_weights
-from ..maths.gaussian_sums import gaussian_sums
 from ..measure.errors import Errors, Truth, measure
 from ..measure.pairs import Pairs, draw_w
-from ..measure.truths import Spectrum, draw_pairs
+from ..measure.truths import Binned, Spectrum, draw_pairs
 from ..optics.brdf import half_angle_cosine
 from ..optics.plate import least_cosine
+from ..spectra.density import CUT, density_at
 from ..spectra.fast import exact_error
 from ..spectra.series import SpectrumSeries
-from ..spectra.spectrum import FrequencyGrid
 from ..surface.relief import Relief
 from ..table.table import Table
 from .excess_albedo import excess_at
@@ -41,8 +40,6 @@ GROUPS = 16
 _PAIRS_MIN, _PAIRS_MAX, _BINS_SUMMED = 150, 300, 150_000
 # The least number of direction pairs at each w for an albedo bound; at most twice as many are used.
 _BOUND_PAIRS = 50
-# A kernel is cut at this many standard deviations, where it has fallen to 1.5e-8 of its peak.
-_CUT = 6.0
 # The dE00 per relative error of luminance, at Y = 1: the derivative of L* = 116 Y^(1/3) - 16 is 116 / 3.
 _DELTA_E_PER_UNIT = 116 / 3
 Judge = Callable[[Table], Errors]
@@ -127,7 +124,7 @@ def _affordable_pairs(chosen: Plan) -> int:
     bins = 1.0
     for q in (chosen.ensemble[0].grid.q_y, chosen.ensemble[0].grid.q_x):
         if len(q) > 1:
-            bins *= 1 + 2 * _CUT * chosen.sigma_b / (550e-9 * (q[1] - q[0]))
+            bins *= 1 + 2 * CUT * chosen.sigma_b / (550e-9 * (q[1] - q[0]))
     return int(np.clip(_BINS_SUMMED / bins, _PAIRS_MIN, _PAIRS_MAX))
 
 
@@ -160,11 +157,11 @@ def pairs_within(chosen: Plan, w: float, count: int, *, rng: np.random.Generator
 
 def _spectrum(ensemble: Sequence[SpectrumSeries], rng: np.random.Generator) -> Spectrum:
     """A Spectrum that returns a random scan's at each call, so that pairs drawn from it follow the mean spectrum."""
-    whole = (slice(None), slice(None))
 
-    def at(s: float) -> tuple[np.ndarray, FrequencyGrid]:
+    def at(s: float) -> Binned:
         series = ensemble[int(rng.integers(len(ensemble)))]
-        return series.mixed(series.weights(np.array([s])) * s**2, whole)[:, 0], series.grid
+        mix = series.weights(np.array(s)) * s**2
+        return Binned(series.grid, mix @ series.row_sums, lambda row: mix @ series.scattered_over_s2[:, row])
 
     return at
 
@@ -181,36 +178,8 @@ def _truth(chosen: Plan, pairs: Pairs, w: float, illuminant: str, progress: Prog
     weights = spectral_weights(lambdas, illuminant) / len(ensemble)
     scattered, zero_order = np.zeros((len(pairs.wi), 3)), np.zeros(3)
     for n, series in enumerate(ensemble):
-        for k, (lam, weight, share) in enumerate(zip(lambdas, weights, reflectance, strict=True)):
-            s = w / lam
-            left = series.kernel_left(sigma_b, lam)
-            sides = (series.grid.q_y, pairs.v), (series.grid.q_x, pairs.u)
-            rows, columns = (_reached(q, at / lam, _CUT * left / lam) for q, at in sides)
-            kept = rows, columns
-            power = series.mixed(series.weights(np.array([s])) * s**2, kept)[:, 0]
-            density = _density(power, series.grid.part(kept), pairs, lam, left)
-            scattered += (density * share[:-1])[:, None] * weight
-            zero_order += series.zero_order(np.array(s)) * share[-1] * weight
-            progress("self-check", (n + (k + 1) / len(lambdas)) / len(ensemble))
+        density = density_at(series, pairs.u, pairs.v, w=w, lambdas=lambdas, sigma=sigma_b)
+        scattered += (density * reflectance[:, :-1]).T @ weights
+        zero_order += (series.zero_order(w / lambdas) * reflectance[:, -1]) @ weights
+        progress("self-check", (n + 1) / len(ensemble))
     return Truth(w, pairs, scattered, zero_order)
-
-
-def _density(power: np.ndarray, grid: FrequencyGrid, pairs: Pairs, lam: float, sigma: float) -> np.ndarray:
-    """The density (n,) over (u, v) at the pairs of binned power (ny, nx), under a kernel of sigma in (u, v)."""
-    places, sigmas = [], []
-    for at, q in ((pairs.v, grid.q_y), (pairs.u, grid.q_x)):
-        step = lam * (q[1] - q[0]) if len(q) > 1 else sigma
-        places.append((at - lam * q[0]) / step)
-        sigmas.append(sigma / step)
-    of_bin = math.prod(sigmas) / sigma**2  # 1 / the area of a bin in (u, v)
-    return of_bin * gaussian_sums(power[..., None], *places, sigma=(sigmas[0], sigmas[1]), cut=_CUT)[:, 0]
-
-
-def _reached(q: np.ndarray, at: np.ndarray, reach: float) -> slice:
-    """The slice of the bins q within `reach` of any of the places `at`, and two more bins at each end.
-
-    All bins, if there is no place or at most one bin within reach."""
-    if not len(at):
-        return slice(None)
-    start, stop = np.searchsorted(q, [at.min() - reach, at.max() + reach])
-    return slice(max(start - 2, 0), stop + 2) if stop - start > 1 else slice(None)

@@ -79,7 +79,7 @@ def xyz_over_w2(
     out = np.zeros((len(w_nodes), len(v), 3, len(u)), np.float32)
     radius = 2 + _RIM * chosen.texel
     reflectance = reflectance_at(chosen.matter, lambdas, (u, v[:, None], w_nodes[:, None, None]))
-    images = np.empty((len(w_nodes), len(v), _WAVELENGTHS_AT_ONCE, len(u)), np.float32)
+    images = np.zeros((len(w_nodes), len(v), _WAVELENGTHS_AT_ONCE, len(u)), np.float32)
     done = 0
     for series in chosen.ensemble:
         for start in range(0, len(lambdas), _WAVELENGTHS_AT_ONCE):
@@ -92,7 +92,7 @@ def xyz_over_w2(
                 for first in range(0, len(mix), at_once):
                     spectra = series.mixed(mix[first : first + at_once], resample.kept)
                     for k in range(spectra.shape[1]):
-                        images[first + k, :, g] = resample(spectra[:, k])
+                        resample(spectra[:, k], out=images[first + k, :, g])
                 if chosen.holds_reflectance:
                     images[:, :, g] *= reflectance(start + g)
             count = group.stop - group.start

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..maths import bspline
+from ..maths.banded import banded_sums
 from ..maths.gaussian_sums import gaussian_sums
 from ..measure.errors import Errors, Truth, measure
 from ..measure.pairs import Pairs, cosine_weighted, pair_and_kept
@@ -76,12 +77,12 @@ def _added(table: Table, level: float) -> float:
 
 
 def _measured(stored: Table, level: float, truths: list[Truth], illuminant: str) -> Errors:
-    variance = _added(stored, level)
-
-    def candidate(u: np.ndarray, v: np.ndarray, w: float) -> tuple[np.ndarray, np.ndarray]:
-        return stored.scattered_over_w2(u, v, w, variance=variance), stored.zero_order_xyz(w)
-
-    return measure(truths, candidate, illuminant, holds_reflectance=stored.holds_reflectance)
+    u, v = (np.concatenate([getattr(truth.pairs, axis) for truth in truths]) for axis in "uv")
+    counts = [len(truth.pairs.wi) for truth in truths]
+    w = np.repeat([truth.w for truth in truths], counts)
+    light = np.split(stored.scattered_over_w2(u, v, w, variance=_added(stored, level)), np.cumsum(counts)[:-1])
+    answers = {truth.w: (each, stored.zero_order_xyz(truth.w)) for truth, each in zip(truths, light, strict=True)}
+    return measure(truths, lambda u, v, w: answers[w], illuminant, holds_reflectance=stored.holds_reflectance)
 
 
 def _with(first: Errors, wide: Errors) -> Errors:
@@ -141,7 +142,7 @@ def _octaves(image: np.ndarray, variance: float) -> list[tuple[np.ndarray, float
         added = added if added > 1 else 0.0
         for axis in (0, 1):
             image = np.moveaxis(_halved(np.moveaxis(image, axis, 0), math.sqrt(added)), 0, axis)
-        found.append((image, (variance + added) / 4))
+        found.append((np.ascontiguousarray(image), (variance + added) / 4))
     return found
 
 
@@ -151,9 +152,9 @@ def _halved(image: np.ndarray, sigma: float) -> np.ndarray:
         return image[::2]
     reach = math.ceil(_CUT * sigma)
     taps = np.exp(-0.5 * (np.arange(-reach, reach + 1) / sigma) ** 2) / (math.sqrt(2 * math.pi) * sigma)
-    rows = (len(image) + 1) // 2
-    wide = np.pad(image, [(reach, reach + 1)] + [(0, 0)] * (image.ndim - 1))
-    return sum(tap * wide[k : k + 2 * rows : 2] for k, tap in enumerate(taps.astype(image.dtype)))
+    kept = np.arange(0, len(image), 2)
+    sums = banded_sums(image.reshape(1, len(image), -1), kept - reach, np.tile(taps, (len(kept), 1)))
+    return sums.reshape(-1, *image.shape[1:])
 
 
 def _blurred(table: Table, octaves: Sequence[tuple[np.ndarray, float]], pairs: Pairs, variance: float) -> np.ndarray:

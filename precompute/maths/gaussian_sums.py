@@ -4,6 +4,7 @@
 import math
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 # Number of values gathered at once, to limit memory.
 _GATHERED = 4_000_000
@@ -19,21 +20,25 @@ def gaussian_sums(
     rows, columns, channels = samples.shape
     row, down = _taps(y, rows, sigma[0], cut)
     column, across = _taps(x, columns, sigma[1], cut)
-    flat = samples.reshape(rows * columns, channels)
+    # In a row of samples, their channels follow each other.
+    window = down.shape[1], across.shape[1] * channels
+    windows = sliding_window_view(samples.reshape(rows, -1), window)
     found = np.empty((len(y), channels))
-    at_once = max(1, _GATHERED // (row.shape[1] * column.shape[1] * channels))
+    at_once = max(1, _GATHERED // math.prod(window))
     for start in range(0, len(y), at_once):
         part = slice(start, start + at_once)
-        # All indices are within the lattice; of NumPy's modes, wrapping is the fastest.
-        near = flat.take(row[part, :, None] * columns + column[part, None, :], axis=0, mode="wrap")
-        along = down[part, None, :].astype(flat.dtype) @ near.reshape(*near.shape[:2], -1)
+        near = windows[row[part], channels * column[part]]
+        along = down[part, None, :].astype(samples.dtype) @ near
         found[part] = np.einsum("nxc,nx->nc", along.reshape(len(near), -1, channels), across[part])
     return found
 
 
 def _taps(at: np.ndarray, count: int, sigma: float, cut: float) -> tuple[np.ndarray, np.ndarray]:
-    """Indices (n, m) of the samples near places (n,), and the Gaussian there; 0 beyond the lattice."""
+    """The first (n,) of the samples near each place that the Gaussian reaches, and the Gaussian (n, samples) there."""
     reach = math.ceil(cut * sigma)
-    index = np.rint(at).astype(int)[:, None] + np.arange(-reach, reach + 1)
+    nearest = np.rint(at).astype(int)
+    taps = min(2 * reach + 1, count)
+    first = np.clip(nearest - reach, 0, count - taps)
+    index = first[:, None] + np.arange(taps)
     gaussian = np.exp(-0.5 * ((at[:, None] - index) / sigma) ** 2) / (math.sqrt(2 * math.pi) * sigma)
-    return np.clip(index, 0, count - 1), gaussian * ((index >= 0) & (index < count))
+    return first, gaussian * (np.abs(index - nearest[:, None]) <= reach)

@@ -87,13 +87,13 @@ def pair_and_kept(
     axis = half / length
     side = np.cross(axis, np.where(np.abs(axis[:, :1]) < 0.7, [[1.0, 0, 0]], [[0, 1.0, 0]]))
     side /= np.linalg.norm(side, axis=1, keepdims=True)
+    up = np.cross(axis, side)
     reach = np.sqrt(np.maximum(1 - length**2 / 4, 0))
     offset = np.zeros_like(half)
     pending = np.arange(len(half))
     for _ in range(200):
         turn = rng.uniform(0, 2 * np.pi, (len(pending), 1))
-        a, s = axis[pending], side[pending]
-        trial = reach[pending] * (np.cos(turn) * s + np.sin(turn) * np.cross(a, s))
+        trial = reach[pending] * (np.cos(turn) * side[pending] + np.sin(turn) * up[pending])
         above = np.abs(trial[:, 2]) < half[pending, 2] / 2 - least
         offset[pending[above]] = trial[above]
         pending = pending[~above]

@@ -6,6 +6,7 @@ because random directions rarely hit a narrow diffraction order. errors.py measu
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,8 +18,30 @@ from ..surface.relief import Relief
 from .errors import Truth
 from .pairs import Pairs, cosine_weighted, draw_w, pair_about
 
-# spectrum(s in cycles per metre): power per bin (ny, nx), and the grid of the bins.
-Spectrum = Callable[[float], tuple[np.ndarray, FrequencyGrid]]
+
+@dataclass(frozen=True)
+class Binned:
+    """The power in the bins of a grid: the sums of its rows (ny,), and a function that returns one row (nx,).
+
+    Only a few rows are drawn, so a spectrum need not be made in all bins."""
+
+    grid: FrequencyGrid
+    row_sums: np.ndarray
+    row: Callable[[int], np.ndarray]
+
+
+# spectrum(s in cycles per metre).
+Spectrum = Callable[[float], Binned]
+
+
+def binned(power: np.ndarray, grid: FrequencyGrid) -> Binned:
+    """The power (ny, nx) in the bins of a grid."""
+    return Binned(grid, power.sum(axis=1, dtype=float), lambda row: power[row])
+
+
+def exact_spectrum(relief: Relief, grid: FrequencyGrid) -> Spectrum:
+    """The spectrum of a relief, by one transform for each s."""
+    return lambda s: binned(scattered_spectrum(relief, s, grid)[0], grid)
 
 
 def draw_pairs(
@@ -48,14 +71,13 @@ def _half_vectors(
     for lam, share in zip(lambdas, rng.multinomial(4 * count, luminance / luminance.sum()), strict=True):
         if share == 0:
             continue
-        power, grid = spectrum(w / lam)
-        power = np.maximum(power, 0)
-        cumulative = np.cumsum(power.sum(axis=1, dtype=float))
+        power = spectrum(w / lam)
+        cumulative = np.cumsum(np.maximum(power.row_sums, 0))
         if cumulative[-1] <= 0:
             continue
-        row, col = _drawn_bins(power, cumulative, rng.random(share) * cumulative[-1])
-        uv = lam * np.stack([grid.q_x[col], grid.q_y[row]], axis=-1) + sigma_b * rng.standard_normal((share, 2))
-        half.append(uv)
+        row, col = _drawn_bins(power.row, cumulative, rng.random(share) * cumulative[-1])
+        q = np.stack([power.grid.q_x[col], power.grid.q_y[row]], axis=-1)
+        half.append(lam * q + sigma_b * rng.standard_normal((share, 2)))
     if not half:
         return np.empty((0, 3))
     uv = rng.permutation(np.concatenate(half))
@@ -63,17 +85,19 @@ def _half_vectors(
     return np.column_stack([uv, np.full(len(uv), w)])
 
 
-def _drawn_bins(power: np.ndarray, cumulative: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _drawn_bins(
+    row_of: Callable[[int], np.ndarray], cumulative: np.ndarray, at: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """The rows and columns (n,) of the bins (ny, nx) at which the power, summed row by row, reaches the sums `at` (n,).
-    `cumulative` is the sum up to the end of each row. Only rows that are drawn are summed bin by bin: a line grating's
-    light is in one."""
+    `cumulative` is the sum up to the end of each row. Only rows that are drawn are summed bin by bin."""
     row = np.minimum(np.searchsorted(cumulative, at), len(cumulative) - 1)
-    within = at - np.where(row > 0, cumulative[row - 1], 0.0)
+    before = np.where(row > 0, cumulative[row - 1], 0.0)
+    share = (at - before) / (cumulative[row] - before)
     column = np.empty(len(at), int)
     for one in np.unique(row):
-        drawn = row == one
-        column[drawn] = np.searchsorted(np.cumsum(power[one], dtype=float), within[drawn])
-    return row, np.minimum(column, power.shape[1] - 1)
+        along, drawn = np.cumsum(np.maximum(row_of(one), 0), dtype=float), row == one
+        column[drawn] = np.minimum(np.searchsorted(along, share[drawn] * along[-1]), len(along) - 1)
+    return row, column
 
 
 def truths(
@@ -85,9 +109,7 @@ def truths(
     grid = reference_grid(relief, sigma_b)
     found = []
     for k, w in enumerate(draw_w(w_count, rng)):
-        pairs = draw_pairs(
-            lambda s: (scattered_spectrum(relief, s, grid)[0], grid), sigma_b, w, count=pairs_each, rng=rng
-        )
+        pairs = draw_pairs(exact_spectrum(relief, grid), sigma_b, w, count=pairs_each, rng=rng)
         told = part_of(progress, "reference", done=k, total=w_count)
         colours = reference_xyz(relief, (pairs.u, pairs.v), w=w, sigma_b=sigma_b, step_m=step_m, progress=told)
         found.append(Truth(w, pairs, *colours))

@@ -7,7 +7,7 @@ confirms it on the whole relief.
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,12 +18,11 @@ from ..maths import chebyshev
 from ..surface.relief import Relief
 from .resample import KERNEL_REACH, Resampler
 from .series import COUNT_MIN, SpectrumSeries, bound
-from .spectrum import FrequencyGrid, fft_order, frequency_grid, scattered_spectrum
+from .spectrum import FrequencyGrid, frequency_grid, power_of_rows, row_blocks, scattered_spectrum
 from .turns import over_turns
 
 # Side in pixels of the cuts that measure the number of nodes. Reliefs under twice this size take it from `bound`.
 _CUT = 192
-_ROWS_AT_ONCE, _COLUMNS_AT_ONCE = 128, 64
 # The greatest number of nodes: a depth of 60 um for all of (u, v), far beyond the validity of scalar diffraction.
 _COUNT_MAX = 1000
 # A smaller share of scattered light counts as rounding. It is a hundred times a transform's error in single precision.
@@ -192,37 +191,30 @@ def _power(relief: Relief, s: float, grid: FrequencyGrid) -> tuple[np.ndarray, c
     Like `scattered_spectrum`, but in single precision and by blocks. The phasor is exact to 1e-6, so rounding scatters
     1e-12 of the light, far less than the shallowest visible relief does."""
     amplitude = _mean_phasor(relief, s)
-    rows, cols = grid.transform_shape
-    kept_x, kept_y = fft_order(grid.q_x, cols), fft_order(grid.q_y, rows)
-    half = np.empty((len(relief.height_m), len(kept_x)), np.complex64)
     apodisation_y, apodisation_x = (apodisation.astype(np.float32) for apodisation in relief.apodisation_axes)
-    for part, cosine, sine in _phases(relief, s):
-        field = np.empty(cosine.shape, np.complex64)
-        field.real = cosine - np.float32(amplitude.real)
-        field.imag = -sine - np.float32(amplitude.imag)
-        field *= apodisation_y[part, None] * apodisation_x
-        half[part] = np.fft.fft(field, cols, axis=1)[:, kept_x]
-    power = np.empty((len(kept_y), len(kept_x)), np.float32)
-    for start in range(0, len(kept_x), _COLUMNS_AT_ONCE):
-        part = slice(start, start + _COLUMNS_AT_ONCE)
-        kept = np.fft.fft(half[:, part], rows, axis=0)[kept_y]
-        power[:, part] = kept.real**2 + kept.imag**2
-    power /= np.float32(rows * cols * np.prod([np.sum(apodisation**2) for apodisation in relief.apodisation_axes]))
-    return power, amplitude
+
+    def field(part: slice) -> np.ndarray:
+        cosine, sine = _phase(relief, s, part)
+        rows = np.empty(cosine.shape, np.complex64)
+        rows.real = cosine - np.float32(amplitude.real)
+        rows.imag = -sine - np.float32(amplitude.imag)
+        rows *= apodisation_y[part, None] * apodisation_x
+        return rows
+
+    return power_of_rows(field, relief, grid, precision=np.float32), amplitude
 
 
 def _mean_phasor(relief: Relief, s: float) -> complex:
     """Like `zero_order_amplitude`, from phasors in single precision."""
     weights_y, weights_x = (apodisation**2 / np.sum(apodisation**2) for apodisation in relief.apodisation_axes)
     total = 0j
-    for part, cosine, sine in _phases(relief, s):
+    for part in row_blocks(relief):
+        cosine, sine = _phase(relief, s, part)
         total += weights_y[part] @ (cosine @ weights_x - 1j * (sine @ weights_x))
     return complex(total)
 
 
-def _phases(relief: Relief, s: float) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
-    """Yield blocks of rows: their slice, and the cosine and sine (n, cols) float32 of 2 pi s h."""
-    for start in range(0, len(relief.height_m), _ROWS_AT_ONCE):
-        part = slice(start, start + _ROWS_AT_ONCE)
-        phase = (2 * np.pi * s * relief.height_m[part]).astype(np.float32)
-        yield part, np.cos(phase), np.sin(phase)
+def _phase(relief: Relief, s: float, part: slice) -> tuple[np.ndarray, np.ndarray]:
+    """The cosine and sine (n, cols) float32 of 2 pi s h in some rows."""
+    phase = (2 * np.pi * s * relief.height_m[part]).astype(np.float32)
+    return np.cos(phase), np.sin(phase)

@@ -25,59 +25,50 @@ class Resampler:
     def __init__(
         self, grid: FrequencyGrid, u: np.ndarray, v: np.ndarray, lam: float, sigma: float, radius: float = math.inf
     ) -> None:
-        sides = ((grid.q_y, v), (grid.q_x, u))
         reach = KERNEL_REACH * sigma
-        kept_y, kept_x = (_within(lam * q, axis[0], axis[-1], reach) for q, axis in sides)
-        self.kept = kept_y, kept_x
-        rows, cols = (_gaussian_blocks(lam * q[k], axis, sigma) for (q, axis), k in zip(sides, self.kept, strict=True))
-        centres = lam * grid.q_x[self.kept[1]]
-        self._rows = [
-            (out, bins, _within(centres, -far, far, reach), factor)
-            for out, bins, factor in rows
-            if (far := _half_chord(v[out], radius)) > 0
-        ]
-        self._cols = [
-            (_within(v, -far, far, 0.0), out, bins, factor.T)
-            for out, bins, factor in cols
-            if (far := _half_chord(u[out], radius)) > 0
-        ]
+        sides = (lam * grid.q_y, v), (lam * grid.q_x, u)
+        rows, columns = (slice(*np.searchsorted(q, [axis[0] - reach, axis[-1] + reach])) for q, axis in sides)
+        self.kept = rows, columns
+        centres = lam * grid.q_x[columns]
+        self._rows = _blocks(lam * grid.q_y[rows], v, sigma, across=centres, past=reach, radius=radius)
+        self._cols = _blocks(centres, u, sigma, across=v, past=0.0, radius=radius)
         self._shape = len(v), len(u)
 
-    def __call__(self, power: np.ndarray) -> np.ndarray:
-        """The density (len(v), len(u)) of the power (ny, nx) of the kept bins; its row index runs along +v."""
+    def __call__(self, power: np.ndarray, out: np.ndarray | None = None) -> np.ndarray:
+        """The density (len(v), len(u)) of the power (ny, nx) of the kept bins; its row index runs along +v.
+
+        `out` may hold the density. It stays as it is where the density may stay 0."""
         half = np.zeros((self._shape[0], power.shape[1]), power.dtype)
-        for out, bins, columns, factor in self._rows:
-            np.matmul(factor.astype(power.dtype), power[bins, columns], out=half[out, columns])
-        image = np.zeros(self._shape, power.dtype)
-        for rows, out, bins, factor in self._cols:
-            np.matmul(half[rows, bins], factor.astype(power.dtype), out=image[rows, out])
+        for places, bins, across, factor in self._rows:
+            np.matmul(factor.astype(power.dtype), power[bins, across], out=half[places, across])
+        image = np.zeros(self._shape, power.dtype) if out is None else out
+        for places, bins, across, factor in self._cols:
+            np.matmul(half[across, bins], factor.T.astype(power.dtype), out=image[across, places])
         return image
 
 
-def _half_chord(axis: np.ndarray, radius: float) -> float:
-    """Half the longest chord that a disc of `radius` around 0 cuts from the lines at the positions `axis` (n,).
-
-    It is 0 if no line meets the disc."""
-    nearest = 0.0 if axis[0] <= 0 <= axis[-1] else float(np.abs(axis).min())
-    return math.sqrt(max(radius**2 - nearest**2, 0.0))
-
-
-def _within(centres: np.ndarray, low: float, high: float, reach: float) -> slice:
-    """The slice of ascending centres (n,) that are at most `reach` outside the interval from low to high."""
-    return slice(*np.searchsorted(centres, [low - reach, high + reach]))
-
-
-def _gaussian_blocks(centres: np.ndarray, axis: np.ndarray, sigma: float) -> list[tuple[slice, slice, np.ndarray]]:
+def _blocks(
+    centres: np.ndarray, axis: np.ndarray, sigma: float, *, across: np.ndarray, past: float, radius: float
+) -> list[tuple[slice, slice, slice, np.ndarray]]:
     """The matrix G in blocks. Each has the slice of its points on the axis, the slice of the bins that the kernel
-    reaches from these points, and this part of G."""
-    blocks = []
-    for start in range(0, len(axis), _ROWS_PER_BLOCK):
-        out = slice(start, min(start + _ROWS_PER_BLOCK, len(axis)))
-        bins = _within(centres, axis[out][0], axis[out][-1], KERNEL_REACH * sigma)
-        distance = (axis[out, None] - centres[None, bins]) / sigma
-        # Factors beyond the reach are set to 0. Far beyond, they would be subnormal numbers in single precision, which
-        # cost some processors 100 cycles per operation.
-        near = np.abs(distance) <= KERNEL_REACH
-        factor = near * np.exp(-0.5 * distance**2) / (np.sqrt(2 * np.pi) * sigma)
-        blocks.append((out, bins, factor))
-    return blocks
+    reaches from these points, the slice of the positions `across` the axis that are at most `past` outside the disc of
+    `radius` there, and this part of G. Blocks beyond the disc are left out."""
+    first = np.arange(0, len(axis), _ROWS_PER_BLOCK)
+    last = np.minimum(first + _ROWS_PER_BLOCK, len(axis)) - 1
+    reach = KERNEL_REACH * sigma
+    start, stop = np.searchsorted(centres, axis[first] - reach), np.searchsorted(centres, axis[last] + reach)
+    # The longest chord that the disc cuts from the lines of a block.
+    nearest = np.maximum(0, np.maximum(axis[first], -axis[last]))
+    chord = np.sqrt(np.maximum(radius**2 - nearest**2, 0))
+    low, high = np.searchsorted(across, -chord - past), np.searchsorted(across, chord + past)
+    place = np.minimum(first[:, None] + np.arange(_ROWS_PER_BLOCK), len(axis) - 1)
+    bins = np.minimum(start[:, None] + np.arange((stop - start).max()), len(centres) - 1)
+    distance = (axis[place][:, :, None] - centres[bins][:, None, :]) / sigma
+    # Factors beyond the reach are set to 0. Far beyond, they would be subnormal numbers in single precision, which cost
+    # some processors 100 cycles per operation.
+    factor = (np.abs(distance) <= KERNEL_REACH) * np.exp(-0.5 * distance**2) / (math.sqrt(2 * math.pi) * sigma)
+    return [
+        (slice(first[k], last[k] + 1), slice(start[k], stop[k]), slice(low[k], high[k]),
+         factor[k, : last[k] + 1 - first[k], : stop[k] - start[k]])
+        for k in np.flatnonzero(chord)
+    ]  # fmt: skip

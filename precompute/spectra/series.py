@@ -8,6 +8,7 @@ vanishes as s^2. The series holds the spectrum divided by s^2, which stays well 
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -61,6 +62,11 @@ class SpectrumSeries:
         # tensordot makes one product of them all. Products in a stack each wake the threads of the linear algebra.
         parts = np.stack([self.amplitude.real, self.amplitude.imag], axis=-1)
         return (np.tensordot(self.weights(s), parts, axes=1) ** 2).sum(axis=-1)
+
+    @cached_property
+    def row_sums(self) -> np.ndarray:
+        """The sums (count, ny) of the rows of scattered_over_s2."""
+        return self.scattered_over_s2.sum(axis=2, dtype=float)
 
     def mixed(self, weights: np.ndarray, kept: tuple[slice, slice]) -> np.ndarray:
         """Sum scattered_over_s2 over the nodes, once per row of weights (k, count): (ny, k, nx).

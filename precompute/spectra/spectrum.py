@@ -7,6 +7,7 @@ mean. The weights make both orthogonal, so by Parseval's theorem the efficiency 
 """
 
 import math
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +19,8 @@ from ..surface.relief import SMALLER, Relief
 _GUARD = 0.4
 # The memory of scattered_spectrum in bytes per bin of its transform (laboratory/benchmarks/memory.py).
 _BYTES_PER_BIN = 64
+# Rows and columns that are transformed at once.
+_ROWS_AT_ONCE, _COLUMNS_AT_ONCE = 128, 64
 
 
 @dataclass(frozen=True)
@@ -39,13 +42,20 @@ class FrequencyGrid:
 
 def phasor(height_m: np.ndarray, s: float) -> np.ndarray:
     """The phasor exp(-i 2 pi s h) (...,), complex128, of heights (...,) in metres; s in cycles per metre."""
-    return np.exp((-2j * np.pi * s) * height_m)
+    phase = (2 * np.pi * s) * height_m
+    out = np.empty(phase.shape, complex)
+    out.real, out.imag = np.cos(phase), -np.sin(phase)
+    return out
 
 
 def zero_order_amplitude(relief: Relief, s: float) -> complex:
     """The mean phasor, weighted by the squared apodisation; its squared modulus is the zero order's efficiency."""
+    return _mean(relief, phasor(relief.height_m, s))
+
+
+def _mean(relief: Relief, field: np.ndarray) -> complex:
     weights = relief.apodisation**2
-    return complex(np.sum(weights * phasor(relief.height_m, s)) / np.sum(weights))
+    return complex(np.sum(weights * field) / np.sum(weights))
 
 
 def frequency_grid(relief: Relief, q_max: float, finest_kernel: float) -> FrequencyGrid:
@@ -92,14 +102,37 @@ def scattered_spectrum(relief: Relief, s: float, grid: FrequencyGrid) -> tuple[n
     Over all bins of the transform, kept or not, the scattered power and the efficiency sum to 1. Raises GratingError if
     the transform would take more than half of the free memory."""
     refuse_beyond_memory(_BYTES_PER_BIN * math.prod(grid.transform_shape), "the relief's transform", SMALLER)
-    amplitude = zero_order_amplitude(relief, s)
-    scattered = relief.apodisation * (phasor(relief.height_m, s) - amplitude)
+    scattered = phasor(relief.height_m, s)
+    amplitude = _mean(relief, scattered)
+    scattered -= amplitude
+    scattered *= relief.apodisation
+    return power_of_rows(scattered.__getitem__, relief, grid, precision=np.float64), abs(amplitude) ** 2
+
+
+def power_of_rows(
+    field: Callable[[slice], np.ndarray], relief: Relief, grid: FrequencyGrid, *, precision: type[np.floating]
+) -> np.ndarray:
+    """The power (ny, nx) in a grid's bins of an apodised field, which is given by blocks of its rows.
+
+    By blocks, the transforms stay in a core's cache, and take little memory besides their result."""
     rows, cols = grid.transform_shape
-    # Rows are transformed first, so that only the kept columns need the second transform.
-    half = np.fft.fft(scattered, n=cols, axis=1)[:, fft_order(grid.q_x, cols)]
-    kept = np.fft.fft(half, n=rows, axis=0)[fft_order(grid.q_y, rows)]
-    norm = rows * cols * np.sum(relief.apodisation**2)
-    return (kept.real**2 + kept.imag**2) / norm, abs(amplitude) ** 2
+    kept_x, kept_y = fft_order(grid.q_x, cols), fft_order(grid.q_y, rows)
+    # Rows are transformed first, so that only the kept columns need the second transform. Both read along memory.
+    half = np.empty((len(kept_x), len(relief.height_m)), np.result_type(precision, np.complex64))
+    for part in row_blocks(relief):
+        half[:, part] = np.fft.fft(field(part), cols, axis=1)[:, kept_x].T
+    power = np.empty((len(kept_y), len(kept_x)), precision)
+    for start in range(0, len(kept_x), _COLUMNS_AT_ONCE):
+        part = slice(start, start + _COLUMNS_AT_ONCE)
+        kept = np.fft.fft(half[part], rows, axis=1)[:, kept_y]
+        power[:, part] = (kept.real**2 + kept.imag**2).T
+    power /= precision(rows * cols * np.prod([np.sum(apodisation**2) for apodisation in relief.apodisation_axes]))
+    return power
+
+
+def row_blocks(relief: Relief) -> Iterator[slice]:
+    """The slices of a relief's rows that are transformed at once."""
+    return (slice(start, start + _ROWS_AT_ONCE) for start in range(0, len(relief.height_m), _ROWS_AT_ONCE))
 
 
 def fft_order(q: np.ndarray, count: int) -> np.ndarray:

@@ -20,6 +20,7 @@ order's white, that a common scale would lose the tiles' digits.
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -165,7 +166,7 @@ class Layout:
             and (self.plate_ior == NO_PLATE or self.holds_reflectance)
         )
 
-    @property
+    @cached_property
     def cell(self) -> Cell:
         """The cell of a term, which places the tiles of the blur levels."""
         return Cell((self.inner_rows, self.inner_columns), self.levels, self.spacing, self.level_coarser)

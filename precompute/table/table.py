@@ -12,6 +12,7 @@ or the polynomials themselves. The B_k are the tiles. docs/theory.md explains th
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import islice
 from typing import Protocol
 
@@ -103,7 +104,7 @@ class Table:
         """The terms of every blur level. Level l has a kernel of variance sigma_b^2 spacing.grown(l)."""
         return self.terms, *self.wider
 
-    @property
+    @cached_property
     def cell(self) -> Cell:
         """The cell of a term in the picture (tiling.py)."""
         return Cell(self.inner, len(self.levels), self.spacing, self.coarser)

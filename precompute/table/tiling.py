@@ -121,7 +121,7 @@ class Cell:
     @cached_property
     def phase(self) -> float:
         """The phase of the columns where tiles begin: the centre of the widest gap between their fractions."""
-        fractions = np.sort([self._unrounded(level) % 1 for level in range(self.levels + 1)])
+        fractions = np.sort([column % 1 for column in self._unrounded])
         gaps = np.diff(fractions, append=fractions[0] + 1)
         widest = int(np.argmax(gaps))
         return float(-(fractions[widest] + gaps[widest] / 2) % 1)
@@ -147,7 +147,7 @@ class Cell:
     def upper(self) -> Pair:
         """The shift of the upper shelf from a single shelf: columns to the left, and rows upward."""
         shelf, above = self.shelves
-        return self._column(shelf) - self._column(above), self._rows(above)
+        return self._columns[shelf] - self._columns[above], self._rows[above]
 
     def inner_of(self, level: int) -> Pair:
         """Inner rows and columns of a level."""
@@ -158,26 +158,29 @@ class Cell:
     def corner(self, level: int) -> Pair:
         """Lower left texel (x, y) of a level's tile, including its padding, counted from the cell's."""
         left, upward = self.upper if level >= self.shelf else (0, 0)
-        return self._column(level) - left, upward
+        return self._columns[level] - left, upward
 
-    def _unrounded(self, level: int) -> float:
-        if not level:
-            return 0.0
-        return self.column_end - self.geometric / self.texels(level) + COLUMNS_BESIDE * level
+    @cached_property
+    def _unrounded(self) -> list[float]:
+        end, geometric = self.column_end, self.geometric
+        wider = range(1, self.levels + 1)
+        return [0.0, *(end - geometric / self.texels(level) + COLUMNS_BESIDE * level for level in wider)]
 
-    def _column(self, level: int) -> int:
-        return math.floor(self._unrounded(level) + self.phase)
+    @cached_property
+    def _columns(self) -> list[int]:
+        return [math.floor(column + self.phase) for column in self._unrounded]
 
-    def _rows(self, level: int) -> int:
-        return self.inner_of(level)[0] + 2 * TILE_PADDING
+    @cached_property
+    def _rows(self) -> list[int]:
+        return [self.inner_of(level)[0] + 2 * TILE_PADDING for level in range(self.levels)]
 
     def _size(self, shelf: int, above: int) -> Pair:
         """Rows and columns with `shelf` levels on the lower shelf, and the others above it from level `above` on."""
-        rows, columns = self._rows(0), self._column(shelf)
+        rows, columns = self._rows[0], self._columns[shelf]
         if shelf == self.levels:
             return rows, columns
-        upper = self._column(above) + self._column(self.levels) - columns
-        return max(rows, self._rows(above) + self._rows(shelf)), max(columns, upper)
+        upper = self._columns[above] + self._columns[self.levels] - columns
+        return max(rows, self._rows[above] + self._rows[shelf]), max(columns, upper)
 
 
 def cell_for(

@@ -64,8 +64,8 @@ def test_scans_that_are_still_to_come_count(monkeypatch):
 def test_long_work_is_told_in_minutes():
     told = []
     expected.tell(Work(100, 10**6, 10**6), 100, scans=1, progress=lambda stage, _: told.append(stage))
-    # 1e-9 s for each of 100 wavelengths, 100 transforms, 100 nodes and 10^6 bins.
-    assert told[0].endswith("about 17 min")
+    # 3e-10 s for each of 100 wavelengths, 100 transforms, 100 nodes and 10^6 bins.
+    assert told[0].endswith("about 5 min")
 
 
 def test_a_relief_too_deep_for_any_spectrum_is_refused_at_once():

@@ -10,11 +10,10 @@ from precompute.colour.difference import delta_e_2000, lab
 from precompute.colour.observer import white_xyz
 from precompute.measure.errors import COUNTED_Y, EXPOSURE_PERCENTILES, Errors, Truth, measure
 from precompute.measure.pairs import Pairs, draw_w
-from precompute.measure.truths import _drawn_bins, draw_pairs, truths
+from precompute.measure.truths import _drawn_bins, draw_pairs, exact_spectrum, truths
 from precompute.optics.fresnel import KERATIN_IOR
 from precompute.optics.small_slope import small_slope_reflectance
 from precompute.reference.ensemble_reference import reference_grid, reference_xyz
-from precompute.spectra.spectrum import scattered_spectrum
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
 from precompute.surface.samples.discs import cd
@@ -217,8 +216,7 @@ def test_as_dict_is_ready_for_json(truth):
 
 def spectrum_of(relief, sigma_b):
     """The exact spectrum, as `truths` draws from it."""
-    grid = reference_grid(relief, sigma_b)
-    return lambda s: (scattered_spectrum(relief, s, grid)[0], grid)
+    return exact_spectrum(relief, reference_grid(relief, sigma_b))
 
 
 @few
@@ -337,6 +335,6 @@ def test_bins_are_drawn_as_from_one_sum_over_all():
     power = rng.integers(0, 3, (40, 50)).astype(np.float32)
     power[[0, 7, 39]] = 0
     at = power.sum() * rng.random(3000)
-    row, column = _drawn_bins(power, np.cumsum(power.sum(axis=1, dtype=float)), at)
+    row, column = _drawn_bins(power.__getitem__, np.cumsum(power.sum(axis=1, dtype=float)), at)
     np.testing.assert_array_equal(row * 50 + column, np.searchsorted(np.cumsum(power), at))
     assert (power[row, column] > 0).all()

@@ -3,7 +3,7 @@
 
 import json
 import os
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 import OpenEXR
@@ -190,7 +190,7 @@ def test_a_header_that_lies_about_its_picture_is_refused(tmp_path, lie):
     5 used has no seventh."""
     image, layout = atlas.pack(random_bake())
     path = tmp_path / "table.exr"
-    lying = {"format": atlas_file.FORMAT, "layout": {**vars(layout), **lie}}
+    lying = {"format": atlas_file.FORMAT, "layout": {**asdict(layout), **lie}}
     plain_exr(path, image[::-1], {HEADER_KEY: json.dumps(lying)})
     refused(path)
 
@@ -200,7 +200,7 @@ def test_a_layout_of_another_picture_is_refused(written, tmp_path):
     image, layout = atlas.pack(written[0])
     path = tmp_path / "other.exr"
     for other in (atlas.layout_of(random_bake(terms=7)), atlas.layout_of(random_bake(levels=2))):
-        record = {"format": atlas_file.FORMAT, "layout": vars(other)}
+        record = {"format": atlas_file.FORMAT, "layout": asdict(other)}
         plain_exr(path, image[::-1], {HEADER_KEY: json.dumps(record)})
         assert "not the size" in refused(path)
 
@@ -255,7 +255,7 @@ def test_a_truncated_file_is_refused(tmp_path_factory, share):
 def test_a_picture_of_other_channels_is_refused(tmp_path):
     path = tmp_path / "table.exr"
     image, layout = atlas.pack(random_bake())
-    record = json.dumps({"format": atlas_file.FORMAT, "layout": vars(layout)})
+    record = json.dumps({"format": atlas_file.FORMAT, "layout": asdict(layout)})
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, HEADER_KEY: record}
     with OpenEXR.File(header, {"Y": np.ascontiguousarray(image[..., 0])}) as file:
         file.write(str(path))
