@@ -4,13 +4,14 @@
     ./dev bench card [--device CUDA|OPTIX|CPU|...] [--engine eevee] [--lamps N ...] [--scene hero|cd ...] [--width 1920]
         [--height 1080] [--files DIR] [--output DIR] [--json FILE|-]
 
-The scenes are the samples `hero` and `cd` under 1, 3 and 8 suns, with their grating (Lamps and World) and with a
-Principled metal in its place. EEVEE renders on what draws the windows. Cycles renders on the device without Open
-Shading Language.
+The scenes are the samples `hero` and `cd` under 1, 3 and 8 suns. Their object has its own material with a grating
+(Lamps and World), the same without shadow rays, without the grating, or a Principled metal. EEVEE renders on what
+draws the windows. Cycles renders on the device without Open Shading Language.
 
 - `first` is the time from opening a file to its first picture. For EEVEE each grating has its own process, and the
-  driver keeps no shaders of an earlier one, so all of EEVEE's shaders are compiled in it. The metals of a scene share a
-  process, and so do all files in Cycles: only the first of them compiles EEVEE's shaders, or loads Cycles' kernels.
+  driver keeps no shaders of an earlier one, so all of EEVEE's shaders are compiled in it. Materials without a grating
+  share a process for all numbers of suns, and so do all files in Cycles: only the first of them compiles EEVEE's
+  shaders, or loads Cycles' kernels.
 - `again` is a picture of one sample. Then come the pictures of each number of samples, and `ms/sample`, what each
   further sample takes.
 - `ms/frame` is a frame of an animation with one sample, in milliseconds, with writing its file. A viewport draws one
@@ -39,9 +40,10 @@ from precompute.cli.option_types import count
 from precompute.cli.parser import OneLineParser
 
 from . import report
-from .card_files import MATERIALS, SCENES, file_of, write_files
+from .card_files import MATERIALS, SCENES, file_of, material_of, write_files
 from .card_pictures import MARK, Job, picture_of
 
+WITHOUT_GRATING = MATERIALS[:2]
 DEVICES = ("CPU", "CUDA", "OPTIX", "HIP", "ONEAPI", "METAL")
 # A cache of shaders would hide what compiling takes.
 _UNCACHED = {"__GL_SHADER_DISK_CACHE": "0", "MESA_SHADER_CACHE_DISABLE": "true"}
@@ -89,7 +91,7 @@ def measured(arguments: argparse.Namespace, folder: Path) -> Iterator[dict]:
     files = [[[file_of(arguments.files, s, m, n) for n in lamps] for m in MATERIALS if m in materials] for s in scenes]
     counts = "".join(f"{f'{n}, s':>9}" for n in samples)
     report.say(
-        f"{'':9}{'scene':7}{'material':9}{'suns':>4}{'first, s':>10}{'again, s':>10}{counts}{'ms/sample':>11}"
+        f"{'':9}{'scene':7}{'material':11}{'suns':>4}{'first, s':>10}{'again, s':>10}{counts}{'ms/sample':>11}"
         f"{'ms/frame':>10}{'median':>10}{'p99':>10}", arguments.json,
     )  # fmt: skip
     cards = set()
@@ -123,8 +125,8 @@ def _jobs(arguments: argparse.Namespace, files: list[list[list[Path]]], samples:
     rows = [row for scene in files for row in scene]
     if "eevee" in engines:
         for row in rows:
-            metal = row[0].stem.startswith(MATERIALS[0])
-            yield from (job("EEVEE", paths, samples) for paths in ([row] if metal else [[path] for path in row]))
+            alike = material_of(row[0]) in WITHOUT_GRATING
+            yield from (job("EEVEE", paths, samples) for paths in ([row] if alike else [[path] for path in row]))
     if "cycles" in engines:
         every = [path for row in rows for path in row]
         left = [path for path in every if not picture_of(arguments.output, path, "CPU", samples[0]).is_file()]
@@ -157,8 +159,8 @@ def _run(job: Job, folder: Path, limit: int) -> Iterator[dict]:
 def _row(facts: dict, job: Job) -> dict:
     """A row of the table: what was rendered on what, the facts, and the difference to the processor's picture."""
     file, output = Path(facts["file"]), Path(job.output)
-    material, lamps = file.stem.split("_")
-    row = {"device": job.device, "scene": file.parent.name, "material": material, "lamps": int(lamps), **facts}
+    lamps = int(file.stem.split("_")[1])
+    row = {"device": job.device, "scene": file.parent.name, "material": material_of(file), "lamps": lamps, **facts}
     row.pop("file")
     seconds = sorted((int(samples), spent) for samples, spent in facts.get("seconds", {}).items())
     if len(seconds) > 1:
@@ -186,7 +188,7 @@ def read(path: Path) -> np.ndarray:
 
 def _line(row: dict, samples: list[int]) -> str:
     """A row for people."""
-    begin = f"{row['device']:9}{row['scene']:7}{row['material']:9}{row['lamps']:4}"
+    begin = f"{row['device']:9}{row['scene']:7}{row['material']:11}{row['lamps']:4}"
     if "failed" in row:
         return f"{begin}  failed: {row['failed']}"
     spent = (row["seconds"].get(str(number)) for number in samples)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The files that card.py renders: two sample scenes under a number of suns, with their grating or with a metal.
+"""The files that card.py renders: two sample scenes under a number of suns, in several materials.
 
 The files need no extension. The pictures of a scene's table lie once beside its files. The snake of `hero` lies on a
 grey plate: the 150,000 grains of its soil would take more time than anything that is measured."""
@@ -10,12 +10,18 @@ from collections.abc import Sequence
 from pathlib import Path
 
 SCENES = ("hero", "cd")
-MATERIALS = ("metal", "grating")
+# A Principled metal; the object's own material without diffraction; with it; and with it but without shadow rays.
+MATERIALS = ("metal", "plain", "grating", "unshadowed")
 
 
 def file_of(folder: Path, scene: str, material: str, lamps: int) -> Path:
     """Where the file of a row is."""
     return folder / scene / f"{material}_{lamps}.blend"
+
+
+def material_of(file: Path) -> str:
+    """The material of a row's file."""
+    return file.stem.split("_")[0]
 
 
 def write_files(folder: Path, names: Sequence[str], lamps: Sequence[int]) -> None:
@@ -48,13 +54,18 @@ def _write_scene(addon, name: str, folder: Path, lamps: Sequence[int]) -> None:
         for slot in thing.material_slots
         if slot.material and addon.material.diffraction_nodes(slot.material)
     ]
-    materials = {"grating": [slot.material for slot in slots], "metal": [studio.metal()] * len(slots)}
+    dressed = [slot.material for slot in slots]
+    plain = [material.copy() for material in dressed]
+    for material in plain:
+        addon.material.remove_diffraction(material)
+    materials = {"metal": [studio.metal()] * len(slots), "plain": plain}
     for count in lamps:
         studio.light(count)
         scene.view_settings.exposure = stops_for_grey(scene)
         for material in MATERIALS:
-            for slot, put in zip(slots, materials[material], strict=True):
+            for slot, put in zip(slots, materials.get(material, dressed), strict=True):
                 slot.material = put
+            built.grating.shadows = material != "unshadowed"
             addon.following_lamps.update_lamps(scene)
             path = file_of(folder, name, material, count)
             path.parent.mkdir(parents=True, exist_ok=True)

@@ -37,7 +37,7 @@ def test_a_row_and_its_picture(files, tmp_path, capsys):
     (row,) = json.loads(figures.read_text())["rows"]
     assert (row["device"], row["scene"], row["material"], row["lamps"]) == ("CPU", "cd", "grating", 1)
     assert row["sample"] == pytest.approx((row["seconds"]["3"] - row["seconds"]["1"]) / 2)
-    assert "grating     1" in capsys.readouterr().out.splitlines()[-2]
+    assert "grating       1" in capsys.readouterr().out.splitlines()[-2]
     picture = card.read(picture_of(pictures, file_of(files, "cd", "grating", 1), "CPU", 3))
     assert picture.shape == (8, 16, 3)
     # A sun of 1 W/m2 straight above the default material: 0.8 / pi, and since Blender 5 the middle of the highlight of
