@@ -74,8 +74,17 @@ class Scene:
     samples: int
 
     @classmethod
-    def built(cls, addon: SimpleNamespace, name: str, arguments: argparse.Namespace, pictures: Path) -> "Scene":
-        """Build a scene, bake its sample and assign it. The denoiser is off, so that renders can be compared."""
+    def built(
+        cls,
+        addon: SimpleNamespace,
+        name: str,
+        arguments: argparse.Namespace,
+        pictures: Path,
+        *,
+        ground: str | None = None,
+    ) -> "Scene":
+        """Build a scene, bake its sample and assign it. The denoiser is off, so that renders can be compared. A snake
+        lies on the set `ground`, by default the scene's own."""
         import bpy
 
         from sample_scenes import animal, discs, stage
@@ -87,7 +96,7 @@ class Scene:
         if name == "cd":
             discs.build_discs(scene, ["cd"])
         else:
-            animal.build(scene, animal.VIEWS[name], "XENOPELTIS", faces=_FACES, panorama=None)
+            animal.build(scene, animal.VIEWS[name], "XENOPELTIS", faces=_FACES, panorama=None, ground=ground)
         grating = addon.importing.add_grating(scene, f"sample:{sample}")
         addon.baking.bake_and_wait(grating)
         addon.assigning.add_to_meshes(scene, [bpy.data.objects[shown]])
