@@ -3,8 +3,9 @@
 magenta.
 
 EEVEE flattens all groups. It stores a constant for each unlinked input socket, even if the node's operation does not
-use the socket. A colour takes 16 bytes, a vector 12 plus a gap of 4 that a number may fill, and a number 4. Nodes that
-do not lead to an output of the material take nothing."""
+use the socket. Of a Mix node it stores only the sockets of the node's data type. A colour takes 16 bytes, a vector 12
+plus a gap of 4 that a number may fill, and a number 4. Nodes that do not lead to an output of the material take
+nothing."""
 
 from collections import Counter, defaultdict
 from typing import Any
@@ -45,7 +46,9 @@ def _constants(
     while waiting:
         socket = waiting.pop()
         if is_fixed(socket):
-            if socket.node.type != "GROUP" and not socket.hide_value and socket.type in _KINDS:
+            node = socket.node
+            used = node.type != "GROUP" and (node.type != "MIX" or socket.enabled)
+            if used and not socket.hide_value and socket.type in _KINDS:
                 found[_KINDS[socket.type]] += 1
             continue
         source = sources[socket]

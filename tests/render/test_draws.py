@@ -38,7 +38,7 @@ def drawn(stage, skin):
     bpy.context.object.data.materials.append(material)
     stage.camera((0.3, -0.2, 2), (0, 0, 0), ortho=0.1)
     pictures = []
-    for shown in (draw.uv + tree.vector(0.0, 0.0, draw.wavelength), draw.normal):
+    for shown in (tree.vector(*draw.q, draw.wavelength), tree.vector(*draw.normals, 0.0)):
         tree.tree.links.new(tree.emission(shown + (OFFSET, OFFSET, OFFSET), 1.0).socket, output.inputs["Surface"])
         pictures.append(stage.rgb("cycles", PIXELS) - OFFSET)
     return found, [*np.moveaxis(pictures[0], -1, 0), *np.moveaxis(pictures[1][..., :2], -1, 0)]

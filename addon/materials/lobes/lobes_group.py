@@ -7,7 +7,7 @@
 | Mirror (out)      |        |         | colour of a closure around N: the zero order |
 | Mirror Roughness (out) |   |         | of that closure |
 | Lobe (out)        |        |         | colour of a closure around Lobe Normal: one order of the scattered light |
-| Lobe Normal (out) |        |         | normalize(wi + wr) |
+| Lobe Normal (out) |        |         | (wi + wr) / 2; closures use its direction only |
 | Lobe Roughness (out) |     |         | of that closure |
 | Lobe Direction (out) | wi  |         | the direction that the order comes from, unit |
 
@@ -36,8 +36,9 @@ instead, and the closure is a perfect mirror. The place where the colour is read
 colours of many draws add up correctly. A wide closure cannot tell in which of its directions the light is, so with it
 the kernel blurs the colours twice."""
 
-import math
-from collections.abc import Callable
+from __future__ import annotations
+
+from dataclasses import dataclass
 
 import bpy
 import numpy as np
@@ -47,17 +48,16 @@ from ....precompute.table.atlas import Layout
 from ...nodes.arrange import arrange
 from ...nodes.builder import Tree, Value
 from ...nodes.interface import add_interface
-from ..atlas_nodes import AtlasTable, albedo_bound, excess_albedo, zero_order_xyz
+from ..atlas_nodes import AtlasTable
 from ..gamut_nodes import shown_rgb
-from ..plate_nodes import Plate
 from ..response import WORLD_ANSWER, WORLD_QUESTION
 from ..small_slope_nodes import dielectric_ior, small_slope_reflectance
 from ..tangent_space import Direction
-from .random_draw import SampleSetNodes
+from .mirror_image import mirror_image, mirror_roughness, roughness_of
+from .random_draw import Draw, SampleSetNodes
+from .seen_surface import COSINE_MIN, SeenSurface
 
 GROUP_PREFIX = "Diffraction World"
-# The least cosine of a drawn direction. At or below the horizon, the weight of a lobe is not finite.
-_COSINE_MIN = 1e-4
 # The least X + Y + Z of the table relative to its scale, to avoid a division by 0.
 _SUM_MIN = 1e-9
 
@@ -74,126 +74,113 @@ def build_world_group(
     b = tree.cross(n, t)
     geometry = tree.node("ShaderNodeNewGeometry")
     wr = tree.value(geometry.outputs["Incoming"])
-    plate = Plate(layout.plate_ior)
-    to_view = Direction.seen_in(tree, wr, (t, b, n))
-    view = plate.inside(tree, to_view)
-    cos_r = tree.maximum(view.cosine, _COSINE_MIN)
-    skin = tree.squared(tree.squared(roughness))
-
-    def width(variance: Value | float, w: Value) -> Value:
-        """The roughness of a closure with a variance in (u, v), including the skin's."""
-        alpha2 = tree.math("DIVIDE", variance * 2.0 if isinstance(variance, Value) else 2 * variance, w * w) + skin
-        return tree.math("POWER", tree.minimum(alpha2, 1.0), 0.25)
-
-    seen = tree.math("GREATER_THAN", to_view.cosine, 0.0)
-    passed = plate.passed(tree, to_view, view) if plate.present else None
     if not layout.holds_reflectance:
         ior = dielectric_ior(tree, ior)
-    excess_of_view = excess_albedo(tree, image, layout, way=view) if layout.holds_reflectance else None
+    surface = SeenSurface(tree, image, layout, Direction.seen_in(tree, wr, (t, b, n)), ior, height_scale)
+    skin = tree.squared(tree.squared(roughness))
+    sigma = layout.sigma_b * layout.plate_ior  # above a plate
+    mirrored = mirror_image(surface, rgb_from_xyz, sigma)
 
-    def reflectance(light: Direction, normal: Value) -> Value:
-        """Fresnel's reflectance of the mirror with a normal; 1 over the albedo bound, if the table holds it."""
-        if excess_of_view is None:
-            return tree.fresnel(ior, normal)
-        return 1.0 / albedo_bound(tree, excess_albedo(tree, image, layout, way=light), excess_of_view)
+    draw = draws.add_to(tree, tree.value(geometry.outputs["Position"]))
+    variance = _variance(tree, draw, layout.sigma_b, draws.layout.blur)
+    deviation = tree.sqrt(variance) if isinstance(variance, Value) else variance**0.5
+    moved = [each * deviation for each in draw.normals]
+    u, v = (q.times_plus(draw.wavelength, each) for q, each in zip(draw.q, moved, strict=True))
+    # A stretched relief has lower frequencies. The tangential part of wi + wr, inside a plate.
+    across, along = (
+        tree.math("DIVIDE", q.times_plus(draw.wavelength, each * sharp), period_scale)
+        for q, each in zip(draw.q, moved, strict=True)
+    )
+    order = _Order.of(surface, across, along)
+    # The constant factors of all draws: D, the weights' scale, and the 4 of a dielectric.
+    scale = drawn_weight(layout.illuminant) * draws.layout.scale * (1.0 if layout.holds_reflectance else 4.0)
+    colour = _colour(surface, rgb_from_xyz, scale, uv=(u, v), w=order.w)
+    inverse = tree.math("DIVIDE", height_scale, draw.wavelength)
+    gain = tree.squared(inverse) * draw.weight(order.w * inverse) * _gain(surface, order, draw)
+    lobe = tree.blend(tree.maximum(gain, 0.0), 0.0, colour)
 
-    def with_plate(light: Value, to_light: Direction, inside: Direction) -> Value:
-        """Light times what the plate's front face lets through, on the way in and out."""
-        return light if passed is None else light * (plate.passed(tree, to_light, inside) * passed)
-
-    def to_space(direction: Direction) -> Value:
-        return t * direction.x + b * direction.y + n * direction.cosine
-
-    def mirrored_xyz(to_light: Direction) -> Value:
-        light = plate.inside(tree, to_light)
-        half = tree.normalize(to_space(to_light) + wr)
-        zero_order = zero_order_xyz(tree, image, layout, w=(light.cosine + cos_r) * height_scale)
-        return with_plate(zero_order * reflectance(light, half), to_light, light)
-
-    # The kernel above a plate, around the mirror image there.
-    sigma, cos_above = layout.sigma_b * plate.ior, tree.maximum(to_view.cosine, _COSINE_MIN) if plate.present else cos_r
-    mirrored = _mean_over_mirror_image(tree, mirrored_xyz, view=to_view.vector, cosine=cos_above, sigma=sigma)
-    mirrored = shown_rgb(tree, rgb_from_xyz, mirrored) * seen
-    mirror_roughness = width(sigma**2, cos_above * 2.0)
-
-    place = tree.value(geometry.outputs["Position"])
-    draw = draws.add_to(tree, place)
-    ratio = draw.wavelength  # relative to the sample set's wavelength
-    kernel = tree.maximum((ratio * ratio).times_plus(-(draws.layout.blur**2), layout.sigma_b**2), 0.0)
-    moved = draw.normal * tree.sqrt(kernel)
-    uv = draw.uv * ratio + moved * sharp
-    # A stretched relief has lower frequencies.
-    tangential = tree.arithmetic("DIVIDE", uv, tree.vector(period_scale, period_scale, 1.0))
-    tangential = tangential - view.vector * (1.0, 1.0, 0.0)
-    cosine2 = 1.0 - tree.dot(tangential, tangential)
-    cos_i = tree.sqrt(tree.maximum(cosine2, _COSINE_MIN**2))
-    light = Direction.of(tree, tangential + tree.vector(0.0, 0.0, cos_i))
-    half = light.vector + view.vector
-    w = cos_i + cos_r
-    weight = draw.weight(w * height_scale / ratio)
-    half2 = tree.dot(half, half) * 0.5  # 1 + wi.wr
-    above = plate.above(tree, light)
-    to_light = to_space(above)
-    lobe_normal = tree.normalize(to_light + wr)
-    read = Direction.of(tree, draw.uv * ratio + moved)
-    table = AtlasTable(tree, image, layout, uv=(read.x, read.y), w=w * height_scale)
-    xyz = table.sharp() * table.inside
-    total = tree.maximum(tree.dot(xyz, (1.0, 1.0, 1.0)), _SUM_MIN)
-    # No light has a larger component than the most saturated colour. Rounding errors of the table in the dark may.
-    red, green, blue = (float(row.max()) for row in rgb_from_xyz)
-    colour = shown_rgb(tree, rgb_from_xyz, xyz) * tree.math("DIVIDE", 1.0, total)
-    colour = tree.vector_math("MINIMUM", colour, (red, green, blue)) * drawn_weight(layout.illuminant)
-    if plate.present:
-        cosine2 = plate.cosine2_above(tree, light)
-    real = tree.math("GREATER_THAN", cosine2, _COSINE_MIN**2) * seen
-    if layout.holds_reflectance:
-        # |wi + wr| / 2 is the cosine of the half angle.
-        matter = draw.reflectance(tree.sqrt(half2 * 0.5))
-        factor = tree.squared(half2) / (cos_i * cos_r) * reflectance(light, lobe_normal) * matter
-    else:
-        slopes = small_slope_reflectance(tree, ior, light=light, view=view, one_plus=half2)
-        factor = cos_i * cos_r * slopes * 4.0
-    gain = with_plate(tree.squared(height_scale / ratio) * weight * factor * real, above, light)
-    lobe = colour * tree.maximum(gain, 0.0)
-    if plate.present:
-        kernel, w = kernel * plate.ior**2, above.cosine + to_view.cosine
-    lobe_roughness = width(kernel, w) * (1.0 - sharp)
-    tree.output(mirrored, mirror_roughness, lobe, lobe_normal, lobe_roughness, to_light)
+    alpha2 = tree.math("DIVIDE", variance * (2 * layout.plate_ior**2), tree.squared(order.sum_above[2])) + skin
+    lobe_roughness = roughness_of(tree, alpha2) * (1.0 - sharp)
+    half_way = order.half_way(surface, (t, b, n))
+    to_light = tree.blend(2.0, wr, half_way)
+    mirror = mirrored, mirror_roughness(surface, sigma, skin)
+    tree.output(*mirror, lobe, half_way, lobe_roughness, to_light)
     arrange(group)
     return group
 
 
-def _mean_over_mirror_image(
-    tree: Tree, factor: Callable[[Direction], Value], *, view: Value, cosine: Value, sigma: float
+@dataclass(frozen=True)
+class _Order:
+    """A drawn order: the direction that its light comes from.
+
+    inside, above  the direction inside a plate, and above it
+    w              the component of wi + wr along the normal, inside
+    half2          1 + wi.wr, inside
+    sum_above      the components of wi + wr along T, B and N, above
+    is_real        1 if there is such a direction and the surface is seen, else 0"""
+
+    inside: Direction
+    above: Direction
+    w: Value
+    half2: Value
+    sum_above: tuple[Value, Value, Value]
+    is_real: Value
+
+    @classmethod
+    def of(cls, surface: SeenSurface, across: Value, along: Value) -> _Order:
+        """The order with these components of wi + wr along T and B, inside a plate."""
+        tree, plate = surface.tree, surface.plate
+        x, y = across - surface.inside.x, along - surface.inside.y
+        cosine2 = 1.0 - y.times_plus(y, x * x)
+        cosine = tree.sqrt(tree.maximum(cosine2, COSINE_MIN**2))
+        w = cosine + surface.cosine
+        half2 = w.times_plus(w, across.times_plus(across, along * along)) * 0.5
+        inside = above = Direction(x, y, cosine)
+        sum_above = across, along, w
+        if plate.present:
+            cosine2, above, view = plate.cosine2_above(tree, inside), plate.above(tree, inside), surface.above
+            sum_above = above.x + view.x, above.y + view.y, above.cosine + view.cosine
+        is_real = tree.math("GREATER_THAN", cosine2, COSINE_MIN**2) * surface.is_seen
+        return cls(inside, above, w, half2, sum_above, is_real)
+
+    def half_way(self, surface: SeenSurface, frame: tuple[Value, Value, Value]) -> Value:
+        """(wi + wr) / 2 in world space above a plate, given the axes (T, B, N)."""
+        tree = surface.tree
+        x, y, z = self.sum_above
+        parts = [tree.blend(each, 0.0, axis) for each, axis in zip((x * 2.0, y * 2.0, z), frame, strict=True)]
+        return tree.blend(0.5, tree.blend(0.5, *parts[:2]), parts[2])
+
+
+def _variance(tree: Tree, draw: Draw, sigma_b: float, blur: float) -> Value | float:
+    """The variance in (u, v) of the part of the kernel that the sample set lacks at the drawn wavelength."""
+    if blur == 0:
+        return sigma_b**2
+    return tree.maximum(tree.squared(draw.wavelength).times_plus(-(blur**2), sigma_b**2), 0.0)
+
+
+def _colour(
+    surface: SeenSurface, rgb_from_xyz: np.ndarray, scale: float, *, uv: tuple[Value, Value], w: Value
 ) -> Value:
-    """The colour of a mirror closure that shows the mean of `factor` over the mirror image's kernel, a Gaussian in (u,
-    v) with standard deviation sigma. `factor` depends on the direction to the light. Near the horizon Fresnel's
-    reflectance, the zero order and the albedo bound vary strongly within the kernel.
+    """The table's colour at a place, with X + Y + Z = scale; black outside of the table."""
+    tree = surface.tree
+    table = AtlasTable(tree, surface.image, surface.layout, uv=uv, w=w * surface.height_scale)
+    xyz = table.sharp()
+    total = tree.maximum(tree.dot(xyz, (1.0, 1.0, 1.0)), _SUM_MIN)
+    colour = shown_rgb(tree, rgb_from_xyz, xyz) * tree.math("DIVIDE", table.inside * scale, total)
+    # No light has a larger component than the most saturated colour. Rounding errors of the table in the dark may.
+    red, green, blue = (float(row.max()) * scale for row in rgb_from_xyz)
+    return tree.vector_math("MINIMUM", colour, (red, green, blue))
 
-    Only directions with (u, v) within the unit disc exist. In the plane of incidence, the kernel's centre is 1 - sin(t)
-    from the rim. So the remaining distribution is a normal one, truncated at x = (1 - sin(t)) / sigma. The mean is
-    taken over two points that have the mean and the variance of the truncated distribution. Its share Phi(x) is
-    approximated to 3e-4 (Page 1977).
 
-    Near the horizon the closure itself loses light, where its facets shadow each other or reflect downwards. The
-    closure is as wide as the kernel, alpha = sqrt(2) sigma / w, so its loss depends on x alone (Smith's shadowing of a
-    Beckmann distribution, Walter et al. 2007, equation 27, integrated over the facets). The result is divided by what
-    remains. The fit of the loss is within 0.004 of the integral for every sigma up to 0.015."""
-    sine = tree.sqrt(tree.maximum(1.0 - cosine * cosine, 0.0))
-    x = tree.minimum(cosine * cosine / (sine + 1.0) * (1 / sigma), 8.0)
-    cube = x * x * x
-    share = tree.math("TANH", (cube * 0.044715 + x) * math.sqrt(2 / math.pi)).times_plus(0.5, 0.5)
-    density = tree.math("EXPONENT", x * x * -0.5) * (1 / math.sqrt(2 * math.pi))
-    cut = density / share
-    middle = sine - cut * sigma
-    spread = tree.sqrt(tree.maximum(1.0 - cut * (cut + x), 0.0)) * sigma
-    away = tree.normalize(view * (-1.0, -1.0, 0.0))  # along the surface, away from the viewer
-
-    def factor_at(u: Value) -> Value:
-        up = tree.sqrt(tree.maximum(1.0 - u * u, _COSINE_MIN**2))
-        return factor(Direction.of(tree, away * u + tree.vector(0.0, 0.0, up)))
-
-    nearer, further = middle - spread, middle + spread
-    total = factor_at(nearer) + factor_at(further)
-    loss = x * tree.math("EXPONENT", x * x.times_plus(-1.39, -2.133)) * 0.612
-    return total * share * 0.5 / (1.0 - loss)
+def _gain(surface: SeenSurface, order: _Order, draw: Draw) -> Value:
+    """G for a drawn order, without the 4 of a dielectric, times what a plate's front face lets through."""
+    tree, light = surface.tree, order.inside
+    cosines = light.cosine * surface.cosine
+    if surface.layout.holds_reflectance:
+        # |wi + wr| / 2 is the cosine of the half angle.
+        matter = draw.reflectance(tree.sqrt(order.half2 * 0.5))
+        gain = surface.over_bound(tree.math("DIVIDE", tree.squared(order.half2), cosines), light) * matter
+    else:
+        view = surface.inside
+        gain = small_slope_reflectance(tree, surface.ior, light=light, view=view, one_plus=order.half2) * cosines
+    return surface.through_plate(gain * order.is_real, order.above, light)

@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Drawing a random texel of a sample set and a random wavelength in each shading sample.
 
-The White Noise node turns the shaded position into random numbers. Positions differ, so each sample is a new draw."""
+The White Noise node turns the shaded position into three random numbers. Positions differ, so each sample is a new
+draw. Two numbers choose a texel, and the third chooses a wavelength."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from statistics import NormalDist
 
 import bpy
 import numpy as np
@@ -19,10 +20,11 @@ from ...blender import stored
 from ...nodes.builder import Tree, Value
 from ..pictures import fault_of, note_content, picture_of
 
-_WAVELENGTHS = 512
+# Columns and rows of the picture of wavelengths and normal numbers.
+_WAVELENGTHS, _NORMALS = 512, 16
 # Columns (wavelengths) and rows (cosines) of a picture of a reflectance.
 _COLUMNS, _ROWS = 256, 512
-# Custom property of the picture of wavelengths: its illuminant.
+# Custom property of the picture of wavelengths: what it holds.
 _ILLUMINANT = "ng_wavelengths"
 
 
@@ -30,24 +32,25 @@ _ILLUMINANT = "ng_wavelengths"
 class Draw:
     """A random draw.
 
-    uv          the frequency q times the sample set's wavelength, a vector
+    q           both components of the frequency q, times the sample set's wavelength
     wavelength  over the sample set's wavelength
-    normal      two independent standard normal numbers, a vector
-    weight      W / wavelength^2 of the frequency, as a function of s times the sample set's wavelength
+    normals     two independent standard normal numbers
+    weight      W / wavelength^2 of the frequency over the layout's scale, as a function of s times the sample set's
+                wavelength
     reflectance the matter's reflectance at the drawn wavelength, as a function of the half angle's cosine; 1 without
                 a picture of it"""
 
-    uv: Value
+    q: tuple[Value, Value]
     wavelength: Value
-    normal: Value
+    normals: tuple[Value, Value]
     weight: Callable[[Value], Value]
     reflectance: Callable[[Value], Value | float]
 
 
 @dataclass(frozen=True)
 class SampleSetNodes:
-    """A sample set for nodes: its picture, the picture's layout, the picture of wavelengths, and the picture of the
-    reflectance if the table holds its matter's."""
+    """A sample set for nodes: its picture, the picture's layout, the picture of wavelengths and normal numbers, and the
+    picture of the reflectance if the table holds its matter's."""
 
     image: bpy.types.Image
     layout: SampleSetLayout
@@ -58,53 +61,70 @@ class SampleSetNodes:
         """Add nodes that draw at random by the shaded position."""
         layout = self.layout
         noise = tree.node("ShaderNodeTexWhiteNoise", place, noise_dimensions="3D")
-        numbers = tree.node("ShaderNodeSeparateColor", tree.value(noise.outputs["Color"]))
-        x, y, share = (tree.value(numbers.outputs[name]) for name in ("Red", "Green", "Blue"))
-        wavelength, _ = _look_up(tree, self.wavelengths, tree.vector(share, 0.5, 0.0), label="Wavelength")
-        wavelength = tree.dot(wavelength, (1.0, 0.0, 0.0))
-        texel = tree.vector(x, y, 0.0) * (1.0 / layout.columns, 1.0 / layout.rows, 0.0)
-        rounded, alpha = _look_up(tree, self.image, texel, label="q")
-        parts = tree.node("ShaderNodeSeparateXYZ", rounded)
-        red, green, blue = (tree.value(parts.outputs[axis]) for axis in "XYZ")
-        uv = tree.vector(red + blue, green + alpha, 0.0)
+        x, y, share = _parts(tree, tree.value(noise.outputs["Color"]))
+        # The digits of x below the width of a texel, which it chooses, are a further random number.
+        further = tree.math("FRACT", x * float(layout.size))
+        drawn, _ = _look_up(tree, self.wavelengths, tree.vector(share, further, 0.0), label="Wavelength")
+        wavelength, *normals = _parts(tree, drawn)
+        x, y = x * (1 / layout.columns), y * (1 / layout.rows)
+        rounded, alpha = _look_up(tree, self.image, tree.vector(x, y, 0.0), label="q")
+        red, green, blue = _parts(tree, rounded)
 
         def weight(s: Value) -> Value:
-            along = s * (layout.pieces / layout.s_last)
-            piece = tree.minimum(tree.math("FLOOR", along), layout.pieces - 1.0)
-            t = (along - piece).times_plus(2.0, -1.0)
-            tile = piece + 1.0
-            if layout.columns == 1:
-                offset = tree.vector(0.0, tile * (1 / layout.rows), 0.0)
-            else:
-                row = tree.math("FLOOR", tile * (1 / layout.columns) + 0.25 / layout.columns)
-                column = tile - row * float(layout.columns)
-                offset = tree.vector(column * (1 / layout.columns), row * (1 / layout.rows), 0.0)
-            low, cubic = _look_up(tree, self.image, texel + offset, label="W")
-            squared = t * t
-            powers = tree.vector(1.0, t, squared)
-            return (tree.dot(low, powers) + cubic * squared * t) * layout.scale
+            along = s.times_plus(layout.pieces / layout.s_last, 1.0)
+            tile = tree.minimum(tree.math("FLOOR", along), float(layout.pieces)) if layout.pieces > 1 else None
+            t = (along - (1.0 if tile is None else tile)).times_plus(2.0, -1.0)
+            colour, third = _look_up(tree, self.image, _in_tile(tree, (x, y), layout, tile), label="W")
+            zeroth, first, second = _parts(tree, colour)
+            return third.times_plus(t, second).times_plus(t, first).times_plus(t, zeroth)
 
         def reflectance(cosine: Value) -> Value | float:
             if self.reflectance is None:
                 return 1.0
-            found = tree.image(self.reflectance, tree.vector(share, cosine, 0.0), "Reflectance")
-            return tree.dot(found, (1.0, 0.0, 0.0))
+            return _parts(tree, tree.image(self.reflectance, tree.vector(share, cosine, 0.0), "Reflectance"))[0]
 
-        return Draw(uv, wavelength, _normal(tree, place), weight, reflectance)
+        return Draw((red + blue, green + alpha), wavelength, (normals[0], normals[1]), weight, reflectance)
+
+
+def _in_tile(tree: Tree, texel: tuple[Value, Value], layout: SampleSetLayout, tile: Value | None) -> Value:
+    """The place in the picture of a texel of tile 0 in another tile; None is tile 1, the only other one."""
+    x, y = texel
+    if tile is None:
+        return tree.vector(x, y + 1 / layout.rows, 0.0)
+    if layout.columns == 1:
+        return tree.vector(x, tile.times_plus(1 / layout.rows, y), 0.0)
+    row = tree.math("FLOOR", tile.times_plus(1 / layout.columns, 0.25 / layout.columns))
+    column = tile - row * float(layout.columns)
+    return tree.vector(column.times_plus(1 / layout.columns, x), row.times_plus(1 / layout.rows, y), 0.0)
 
 
 def wavelengths_image(illuminant: str, reference_m: float) -> bpy.types.Image:
-    """The file's picture of wavelengths over a reference, at equal steps of probability; created if needed."""
+    """The file's picture of random wavelengths and normal numbers; created if needed.
+
+    Columns are wavelengths over a reference, in red, at equal steps of probability. Rows have two standard normal
+    numbers, in green and blue, which differ in each texel."""
+    held = f"{illuminant} and normals"
     for image in bpy.data.images:
-        if stored.text(image, _ILLUMINANT) == illuminant and image.library is None and not fault_of(image):
+        if stored.text(image, _ILLUMINANT) == held and image.library is None and not fault_of(image):
             return image
-    ratios = wavelength_quantiles(_WAVELENGTHS, illuminant) / reference_m
-    image = bpy.data.images.new(f"Wavelengths {illuminant}", _WAVELENGTHS, 1, float_buffer=True, is_data=True)
-    image.pixels.foreach_set([float(v) for ratio in ratios for v in (ratio, ratio, ratio, 1.0)])
-    image[_ILLUMINANT] = illuminant
+    image = bpy.data.images.new(f"Wavelengths {illuminant}", _WAVELENGTHS, _NORMALS, float_buffer=True, is_data=True)
+    pixels = np.ones((_NORMALS, _WAVELENGTHS, 4), np.float32)
+    pixels[..., 0] = wavelength_quantiles(_WAVELENGTHS, illuminant) / reference_m
+    pixels[..., 1:3] = _even_normals(_WAVELENGTHS * _NORMALS).reshape(_WAVELENGTHS, _NORMALS, 2).swapaxes(0, 1)
+    image.pixels.foreach_set(pixels.ravel())
+    image[_ILLUMINANT] = held
     image.pack()
-    note_content(image, f"wavelengths {illuminant}")
+    note_content(image, f"wavelengths {held}")
     return image
+
+
+def _even_normals(count: int) -> np.ndarray:
+    """Pairs (count, 2) of independent standard normal numbers, from Sobol's sequence: any 2^n successive pairs, from a
+    multiple of 2^n on, are evenly distributed."""
+    from ....precompute.bake.sample_draws import sobol_points  # only a new grating needs them
+
+    normal = NormalDist()
+    return np.array([normal.inv_cdf(share) for share in sobol_points(count).flat]).reshape(count, 2)
 
 
 def reflectance_image(matter: Matter, illuminant: str) -> bpy.types.Image:
@@ -125,14 +145,11 @@ def reflectance_image(matter: Matter, illuminant: str) -> bpy.types.Image:
     return image
 
 
-def _normal(tree: Tree, place: Value) -> Value:
-    """Two standard normal numbers, by the Box-Muller transform."""
-    noise = tree.node("ShaderNodeTexWhiteNoise", place, 1.0, noise_dimensions="4D")
-    numbers = tree.node("ShaderNodeSeparateColor", tree.value(noise.outputs["Color"]))
-    share, turn = (tree.value(numbers.outputs[name]) for name in ("Red", "Green"))
-    angle = turn * (2 * math.pi)
-    radius = tree.sqrt(tree.math("LOGARITHM", 1.0 - share * (1 - 2**-24), math.e) * -2.0)
-    return tree.vector(radius * tree.math("COSINE", angle), radius * tree.math("SINE", angle), 0.0)
+def _parts(tree: Tree, colour: Value) -> tuple[Value, Value, Value]:
+    """The three numbers of a colour."""
+    node = tree.node("ShaderNodeSeparateXYZ", colour)
+    red, green, blue = (tree.value(node.outputs[axis]) for axis in "XYZ")
+    return red, green, blue
 
 
 def _look_up(tree: Tree, image: bpy.types.Image, at: Value, *, label: str) -> tuple[Value, Value]:

@@ -54,6 +54,11 @@ def test_what_takes_room(addon, scene):
     first, second = (outer.group(tree.tree)["Sum"] for _ in range(2))
     outer.output(first + second)
     assert room(outer.tree) == 2 * 2 * 16 + 16, "a group counts as often as it is used"
+    mixed = addon.builder.Tree(bpy.data.node_groups.new("Mixed", "ShaderNodeTree"))
+    addon.interface.add_interface(mixed.tree, (), (socket("Sum", "Vector", ""),))
+    place = mixed.value(mixed.node("ShaderNodeNewGeometry").outputs["Position"])
+    mixed.output(mixed.blend(0.5, 0.0, place))
+    assert room(mixed.tree) == 16, "a vector and a number in its gap, and no sockets of a Mix node's other data types"
 
 
 def test_sources_that_do_not_fit_are_left_to_the_rest(addon, scene, grating, group, monkeypatch, capfd):
