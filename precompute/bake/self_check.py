@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measures a bake's own error, at about the cost of the bake itself.
+"""Measures a bake's own error, at about half the cost of the bake itself.
 
 The reference (precompute/reference) takes one Fourier transform for every w and every wavelength, which takes minutes.
 The bake has a series in s instead, made from a few transforms. So the error is measured in two parts. The series is
