@@ -6,7 +6,7 @@ LAMPS_ONLY, REST, ALL = "LAMPS", "REST", "ALL"
 LIGHTS = (
     (REST, "Lamps and World", "Lamps and bright spots of the world light it without noise. The rest of the world and "
      "other objects light it with noise. Without lamps, the world lights it alone"),
-    (LAMPS_ONLY, "Lamps Only", "Up to eight lamps light it without noise. The world and other objects have no effect. "
+    (LAMPS_ONLY, "Lamps Only", "The lamps light it with next to no noise. The world and other objects have no effect. "
      "Without lamps the diffraction is black"),
     (ALL, "All by Samples", "Every light comes by random samples. This is exact but noisy, most of all under small "
      "lamps. For reference pictures"),

@@ -73,8 +73,8 @@ LOBE_ROUGHNESS = Socket("Lobe Roughness", "Float", "Roughness of the reflection 
 LOBE_DIRECTION = Socket("Lobe Direction", "Vector", "Unit vector to where the order comes from")
 WORLD_ANSWER = (MIRROR, MIRROR_ROUGHNESS, LOBE, LOBE_NORMAL, LOBE_ROUGHNESS, LOBE_DIRECTION)
 
-_LABEL, _WORLD_LABEL = "Response", "World Response"
-_NUMBERED = re.compile("(?:World )?Response(?: ([1-9][0-9]*))?")
+_LABEL, _WORLD_LABEL, _LIKELY_LABEL = "Response", "World Response", "Likely Response"
+_NUMBERED = re.compile("(?:World |Likely )?Response(?: ([1-9][0-9]*))?")
 # Custom properties of a response's node group, saved in files: the linear space of its colours, whether nothing is seen
 # through its matter, and the index of refraction of the plate over its relief.
 _SPACE, _OPAQUE, _PLATE = "ng_space", "ng_opaque", "ng_plate"
@@ -220,7 +220,7 @@ class Response:
     def to_lamp(self, tree: Tree, question: Mapping[Socket, Operand], *, number: int = 1) -> Emission:
         """Add the response's node for a lamp and return its emission. `question` has a value for each socket of
         QUESTION. `number` distinguishes the responses in one tree."""
-        outputs = self._asked(tree, question, number)
+        outputs = self._asked(tree, question, _numbered(_LABEL, number))
         others = (outputs.get(socket.name) for socket in (COARSER, COARSER_SHARE, MIRRORED, MIRRORED_SHARE))
         return Emission(outputs[RADIANCE.name], *others)
 
@@ -232,11 +232,11 @@ class Response:
     def likely(self, tree: Tree, question: Mapping[Socket, Operand], *, number: int = 1) -> Value:
         """Add the response's node for a lamp and return about the light that it sends to the viewer per irradiance, in
         units of its own. Blender evaluates only what this output needs."""
-        return self._asked(tree, question, number)[LIKELY.name]
+        return self._asked(tree, question, _numbered(_LIKELY_LABEL, number))[LIKELY.name]
 
-    def _asked(self, tree: Tree, question: Mapping[Socket, Operand], number: int) -> dict[str, Value]:
+    def _asked(self, tree: Tree, question: Mapping[Socket, Operand], label: str) -> dict[str, Value]:
         asked = {socket.name: question[socket] for socket in self.inputs}
-        return tree.group(self.group, asked, label=_numbered(_LABEL, number))
+        return tree.group(self.group, asked, label=label)
 
     def to_world(self, tree: Tree, question: Mapping[Socket, Operand], *, number: int = 1) -> WorldAnswer | None:
         """Add the response's node for light from unknown directions, if it has one, and return the closures, else None.
@@ -276,8 +276,13 @@ def is_response(node: bpy.types.Node) -> bool:
 def trees_at(group: bpy.types.NodeTree) -> list[tuple[int, bpy.types.NodeTree | None]]:
     """The number and the node group of each response node in a Diffraction group; number 1 is its own response. The
     node group is None if it, or a socket of it, was deleted."""
+    # Likely responses have the node groups of the others.
     found = ((_NUMBERED.fullmatch(label), tree) for label, tree in _sound_trees(group).items())
-    return [(int(numbered[1] or 1), tree) for numbered, tree in found if numbered]
+    return [
+        (int(numbered[1] or 1), tree)
+        for numbered, tree in found
+        if numbered and not numbered[0].startswith(_LIKELY_LABEL)
+    ]
 
 
 def own_trees(group: bpy.types.NodeTree) -> tuple[bpy.types.NodeTree | None, bpy.types.NodeTree | None]:

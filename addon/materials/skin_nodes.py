@@ -4,7 +4,8 @@
     Shader = (1 - F + wd) Base + (1 - wd) s (sum over lamps of V Lo + closures) + face
 
 F is the Fresnel reflectance towards the viewer. Lo is the light that the response (response.py) sends to the viewer
-from one lamp (lamps/lamp_group.py). V is 1 where the surface sees the lamp, else 0. face: see plate_nodes.py.
+from one lamp (lamps/lamp_group.py). V is 1 where the surface sees the lamp, else 0. face: see plate_nodes.py. From four
+lamps on, the sum is over two of them in each sample (two_answers.py).
 
 No light counts twice. In REST the closure of the scattered light is a perfect mirror around a random normal, black
 where its one direction leads to a followed lamp or source. A lamp's cone has a radius of sqrt(6) standard deviations of
@@ -54,7 +55,7 @@ from .wide_lamps import left_by_table, table_share
 
 AOV_NAME = "Diffraction"
 # Weights of a lamp's red, green and blue in a choice among lamps. Any positive weights would do.
-LUMINANCE = (0.2126, 0.7152, 0.0722)
+_LUMINANCE = (0.2126, 0.7152, 0.0722)
 
 
 def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps: list[bool], *, sources: int) -> None:
@@ -95,15 +96,15 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
         asked: dict[Socket, Operand] = {NORMAL: n, TANGENT: t, ZERO_ORDER: zero_order, **to_lamps}
         return asked | {TO_LIGHT: light.direction, IRRADIANCE: light.irradiance, VARIANCE: light.variance}
 
+    def likely(light: Light, share: Value | None) -> Value:
+        sent = tree.dot(light.irradiance, _LUMINANCE)
+        parts = [(response.likely(tree, asked_of(light), number=k), area) for k, (response, area) in reliefs]
+        total = sum((part if area is None else part * area for part, area in parts), 0.0)
+        return total * (sent if share is None else sent * share)
+
     drawn = len(lit_by) > ALL_UP_TO and not answers_every_lamp(group)
     if drawn and all(response.tells_likely for response in responses):
-        likely = []
-        for light, share in zip_longest(lit_by, shares):
-            sent = tree.dot(light.irradiance, LUMINANCE)
-            parts = [(response.likely(tree, asked_of(light), number=k), area) for k, (response, area) in reliefs]
-            total = sum((part if area is None else part * area for part, area in parts), 0.0)
-            likely.append(total * (sent if share is None else sent * share))
-        lit_by = two_answers(tree, lit_by, likely)
+        lit_by = two_answers(tree, lit_by, [likely(*each) for each in zip_longest(lit_by, shares)])
         shares = [table_share(tree, light) for light in lit_by] if shares else []
     coat: Shown | None = None
     for light, share in zip_longest(lit_by, shares):

@@ -22,6 +22,13 @@ def equal_lamps(scene, count, kind="POINT"):
 
 
 @pytest.fixture
+def eight_lamps(addon, monkeypatch):
+    """Let at most eight lamps light diffraction, so that a test of the choice among more needs few."""
+    monkeypatch.setattr(addon.find, "LAMPS_MAX", 8)
+    monkeypatch.setattr(addon.counting_lamps, "LAMPS_MAX", 8)
+
+
+@pytest.fixture
 def lit(scene, grating):
     """The scene, whose plane diffracts, without lamps."""
     assert bpy.ops.grating.assign() == {"FINISHED"}

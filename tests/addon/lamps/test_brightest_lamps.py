@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which eight lamps light diffraction in a scene with more: first lamps that the render shows, then those that send the
+"""Which lamps light diffraction in a scene with too many: first lamps that the render shows, then those that send the
 most light to the diffracting objects.
 
 The diffracting plane is 2 m wide and lies at z = 0. A lamp above it is as far from the plane's box as it is high. At a
@@ -14,6 +14,7 @@ import pytest
 
 from .conftest import add_lamp, equal_lamps
 
+pytestmark = pytest.mark.usefixtures("eight_lamps")
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 

@@ -154,7 +154,7 @@ def test_lamps_keep_their_places_when_another_becomes_stronger(addon, scene, sun
     assert addon.follow.follow_lamps(scene) == [sun, second]
 
 
-def test_too_many_lamps_are_named(addon, scene):
+def test_too_many_lamps_are_named(addon, scene, eight_lamps):
     for k in range(9):
         add_lamp(scene, "POINT", f"P{k}", energy=10.0 + k)
     followed = addon.follow.follow_lamps(scene)

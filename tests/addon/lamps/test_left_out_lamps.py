@@ -84,7 +84,7 @@ def test_groups_lose_a_lamp_that_is_left_out(addon, lit, grating, lights):
     assert addon.group_properties.left_out_in(group) == 1
 
 
-def test_a_dim_lamp_is_kept_in(lit, ranked):
+def test_a_dim_lamp_is_kept_in(lit, ranked, eight_lamps):
     """Among nine lamps, in place of the least of the other eight."""
     for k, lamp in enumerate(equal_lamps(lit, 8)):
         lamp.data.energy = 100.0 + k
@@ -98,7 +98,7 @@ def test_a_dim_lamp_is_kept_in(lit, ranked):
     assert set(ranked()) == {f"L{k}" for k in range(8)}
 
 
-def test_a_lamp_that_is_left_out_makes_room(addon, lit, ranked, followed):
+def test_a_lamp_that_is_left_out_makes_room(addon, lit, ranked, followed, eight_lamps):
     equal_lamps(lit, 8)
     add_lamp(lit, "Dim", energy=0.1)
     ranked()
@@ -109,7 +109,7 @@ def test_a_lamp_that_is_left_out_makes_room(addon, lit, ranked, followed):
     assert not any("at most 8 lamps" in line for line in told)
 
 
-def test_a_ninth_lamp_cannot_be_kept_in(lit, ranked):
+def test_a_ninth_lamp_cannot_be_kept_in(lit, ranked, eight_lamps):
     for lamp in equal_lamps(lit, 8):
         lamp["ng_counts"] = True
     dim = add_lamp(lit, "Dim", energy=0.1)
