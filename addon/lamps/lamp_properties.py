@@ -10,11 +10,14 @@ The properties of lamp `i` are named `ng_key_<i>_<what>`. Each holds a vector, t
     place   unit vector to a sun; position of another lamp, m
             mean variance v of the lamp's disc along one axis: v in m2; for a sun -1 - v, v in rad2
     power   linear RGB: a sun's irradiance, W/m2; another lamp's radiant intensity along its axis, W/sr
-            the lamp's x scale over its y scale; negative if it casts no shadow
+            the lamp's x scale over its y scale, for an area lamp its height over its width; negative if it casts no
+            shadow
     z       the lamp's z axis over its squared length
             cosine of the angle off the axis at which a spot begins to shine; 3 for an area lamp, -3 for others
-    x       the lamp's x axis over its squared length
-            cosine of the angle within which a spot has full brightness; 2 for an area lamp, -2 for others
+    x       the lamp's x axis over its squared length; for an area lamp from its centre to its edge, m, or for a round
+            one to that of the rectangle with the same variances
+            cosine of the angle within which a spot has full brightness; 2 for an area lamp, 2.5 for a round one, -2
+            for others
 
 Diffraction Lamps read the properties from their own object by Attribute nodes. EEVEE searches for each attribute in a
 separate loop in every pixel, so a lamp has only four properties."""
@@ -35,9 +38,11 @@ PROPERTIES = ("place", "power", "z", "x")
 ON = "on"
 # The number of lamps in files of earlier versions.
 _LAMPS_BEFORE = 8
+# Shapes of area lamps that are not round.
+_SQUARES = {"SQUARE", "RECTANGLE"}
 # Values in place of a spot's outer and inner cosines for other lamps. They are outside the range of cosines, and the
 # smooth step from the first to the second is 1 for all cosines.
-_AREA_RIM, _NO_RIM = ("3", "2"), ("-3", "-2")
+_AREA_RIM, _ROUND_RIM, _NO_RIM = ("3", "2"), ("3", "2.5"), ("-3", "-2")
 
 
 def property_name(index: int, what: str) -> str:
@@ -60,9 +65,9 @@ class PackedLamp:
     is_local      0 for a sun, 1 for others
     variance      of the lamp's disc along one axis: rad2 for a sun, m2 for others
     power         a sun's irradiance, W/m2; another lamp's radiant intensity along its axis, W/sr
-    x_over_y      the lamp's x scale over its y scale
+    x_over_y      the lamp's x scale over its y scale; an area lamp's height over its width
     casts_shadow  1 if it casts shadows, else 0
-    z, x          the lamp's axes, each over its squared length
+    z, x          the lamp's axes, each over its squared length; an area lamp's x reaches from its centre to its edge
     rim_outer     cosine at which the light begins, for a smooth step that is 1 for all lamps except spots
     rim_inner     cosine from which the light has full brightness
     is_spot       1 for a spot, else 0
@@ -122,21 +127,37 @@ def drive_properties(drivers: Drivers, index: int, lamp: bpy.types.Object) -> bo
     place = [f"z{i} / max({_length('z')}, 1e-30)" for i in range(3)] if is_sun else "abc"
     strength = f"on * energy * pow(2, exposure) * {_per_watt(data)}"
     power = (f"{strength} * c{i} * (t{i} if heated else 1)" for i in range(3))
-    outer, inner = _AREA_RIM if data.type == "AREA" else _NO_RIM
+    outer, inner = _NO_RIM
+    if data.type == "AREA":
+        outer, inner = _AREA_RIM if data.shape in _SQUARES else _ROUND_RIM
     if data.type == "SPOT":
         outer = "cos(cone / 2)"
         # A blend of 0 gives a sharp rim. It gets the smallest width that single precision resolves.
         inner = f"{outer} + max((1 - {outer}) * blend, 1e-5)"
     driven = {
         "place": (*place, f"-1 - {variance}" if is_sun else variance),
-        "power": (*power, f"{_length('x')} / max({_length('y')}, 1e-9) * (2 * shadow - 1)"),
+        "power": (*power, f"{_x_over_y(data)} * (2 * shadow - 1)"),
         "z": (*(f"z{i} / max(pow({_length('z')}, 2), 1e-30)" for i in range(3)), outer),
-        "x": (*(f"x{i} / max(pow({_length('x')}, 2), 1e-30)" for i in range(3)), inner),
+        "x": (*(f"x{i} * {_x_factor(data)}" for i in range(3)), inner),
     }
     changed = drive_on(drivers, index, lamp, name=property_name(index, ON))
     for what, expressions in driven.items():
         changed |= drivers.drive(property_name(index, what), expressions, variables)
     return changed
+
+
+def _x_over_y(lamp: bpy.types.Light) -> str:
+    if lamp.type == "AREA":
+        return f"{_side('y', _height(lamp))} / max({_side('x', 'width')}, 1e-9)"
+    return f"{_length('x')} / max({_length('y')}, 1e-9)"
+
+
+def _x_factor(lamp: bpy.types.Light) -> str:
+    """An expression for the length of the property `x` over that of the lamp's x axis."""
+    if lamp.type == "AREA":
+        # A disc of radius r has the variance of a square with half sides of sqrt(3) / 2 r.
+        return f"width * {0.5 if lamp.shape in _SQUARES else math.sqrt(3) / 4:.9f}"
+    return f"1 / max(pow({_length('x')}, 2), 1e-30)"
 
 
 def _per_watt(lamp: bpy.types.Light) -> str:
@@ -150,7 +171,7 @@ def _per_watt(lamp: bpy.types.Light) -> str:
         return f"(1 if normalized else {pi} * pow(sin(min(angle, {pi}) / 2), 2))"
     if lamp.type in {"POINT", "SPOT"}:
         return f"(1 / (4 * {pi}) if normalized else radius * radius)"
-    share = "1" if lamp.shape in {"SQUARE", "RECTANGLE"} else f"{math.pi / 4:.9f}"
+    share = "1" if lamp.shape in _SQUARES else f"{math.pi / 4:.9f}"
     return f"(1 if normalized else {share} * {_side('x', 'width')} * {_side('y', _height(lamp))}) / {pi}"
 
 

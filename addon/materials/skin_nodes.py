@@ -51,7 +51,7 @@ from .response import (
 from .shadow import hit, ray_start
 from .two_answers import ALL_UP_TO, two_answers
 from .variation_nodes import variation_nodes
-from .wide_lamps import left_by_table, table_share
+from .wide_lamps import lamp_for_table, left_by_table, table_share
 
 AOV_NAME = "Diffraction"
 # Weights of a lamp's red, green and blue in a choice among lamps. Any positive weights would do.
@@ -83,13 +83,17 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
     asked_of_world: dict[Socket, Operand] = {NORMAL: n, TANGENT: t, SHARP: float(lights == REST), **settings}
     worlds = [(response.to_world(tree, asked_of_world, number=k), area) for k, (response, area) in reliefs]
     zero_order = float(lights == LAMPS_ONLY)
-    lit_by = [light_of(tree, index, linked) for index, linked in enumerate(lamps)]
+    whole: list[Light] = []
     left_out: list[Light] = []
     if lights == REST:
-        lit_by += [source_light(tree, index) for index in range(sources)]
+        pairs = [lamp_for_table(tree, index, linked) for index, linked in enumerate(lamps)]
+        pairs += [(source, source) for source in (source_light(tree, index) for index in range(sources))]
+        whole, lit_by = ([pair[which] for pair in pairs] for which in range(2))
         left_out = [light_of(tree, LAMPS_MAX + index, False) for index in range(left_out_in(group))]
+    else:
+        lit_by = [light_of(tree, index, linked) for index, linked in enumerate(lamps)]
     shares = [table_share(tree, light) for light in lit_by] if lights == REST else []
-    not_for_closures: list[tuple[Light, Value | float]] = [*zip(lit_by, shares, strict=False)]
+    not_for_closures: list[tuple[Light, Value | float]] = [(light, table_share(tree, light)) for light in whole]
     not_for_closures += [(light, 1.0) for light in left_out]
 
     def asked_of(light: Light) -> dict[Socket, Operand]:
