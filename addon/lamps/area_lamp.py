@@ -11,14 +11,26 @@ The random points serve the table alone. Closures, which must not see what the t
 from dataclasses import dataclass, replace
 
 from ..nodes.builder import Tree, Value
+from ..nodes.interface import Socket
 from .driven_nodes import read_property
-from .lamp_group import Light, light_from
+from .lamp_group import LAMP_INPUTS, LAMP_OUTPUTS, Light, light_from, shared_group
 from .lamp_properties import PROPERTIES, property_name
 from .light_linking import read_unlinked
 
 # The variance in rad2 that is left to the table: that of a disc with a radius of 3 degrees. A larger one shows colours
 # that are too pale, a smaller one is noisier.
 LEFT = 0.0007
+_NAME = "Lamp and Point"
+_SEED = Socket("Seed", "Float", "Distinguishes the lamps' random points")
+_SHAPE = (
+    Socket("Is Area", "Float", "1 for an area lamp, else 0"),
+    Socket("Is Round", "Float", "1 for a round area lamp, else 0"),
+    Socket("Away", "Vector", "To the lamp's centre, in metres"),
+    Socket("Z", "Vector", "The lamp's z axis"),
+    Socket("X", "Vector", "From an area lamp's centre to its edge, in metres"),
+    Socket("Y", "Vector", "The same along the other side"),
+)
+_POINT = tuple(replace(socket, name=f"Point {socket.name}") for socket in LAMP_OUTPUTS)
 
 
 @dataclass(frozen=True)
@@ -53,25 +65,39 @@ def lamp_and_point(tree: Tree, index: int, linked: bool) -> tuple[WholeLamp, Lig
     """Add nodes for the scene's lamp `index`: the whole lamp, and the light that a sample takes from it. `linked`:
     apply light linking."""
     packed = [value for what in PROPERTIES for value in read_property(tree, property_name(index, what))]
+    given = {socket.name: value for socket, value in zip(LAMP_INPUTS, packed, strict=True)} | {_SEED.name: index + 1.0}
+    group = shared_group(_NAME, (*LAMP_INPUTS, _SEED), (*LAMP_OUTPUTS, *_POINT, *_SHAPE), _add_both)
+    outputs = tree.group(group, given, label=f"Lamp {index}")
+    light, point = (Light(*(outputs[socket.name] for socket in sockets)) for sockets in (LAMP_OUTPUTS, _POINT))
+    if linked:
+        light, point = (
+            replace(each, irradiance=each.irradiance * (1.0 - read_unlinked(tree, index))) for each in (light, point)
+        )
+    is_area, is_round, away, *axes = (outputs[socket.name] for socket in _SHAPE)
+    held = light.direction, light.irradiance, light.variance, light.distance, light.casts_shadow
+    return WholeLamp(*held, is_area, is_round, away, (axes[0], axes[1], axes[2])), point
+
+
+def _add_both(tree: Tree) -> None:
+    """The nodes of the group."""
+    *packed, seed = tree.inputs().values()
     place, disc, _, scales, z, rim, x, inner_rim = packed
-    light = light_from(tree, packed, label=f"Lamp {index}")
+    light = light_from(tree, packed, label="Lamp")
     is_area = tree.math("GREATER_THAN", rim, 1.5)
+    is_round = tree.math("GREATER_THAN", inner_rim, 2.25) * is_area
     position = tree.value(tree.node("ShaderNodeNewGeometry").outputs["Position"])
     y = tree.cross(tree.normalize(z), x) * tree.math("ABSOLUTE", scales)
     away = place - position
     left = tree.minimum(tree.dot(away, away) * LEFT, disc)
     size = tree.sqrt(tree.maximum(1.0 - tree.math("DIVIDE", left, disc), 0.0)) * is_area
-    noise = tree.node("ShaderNodeTexWhiteNoise", position, index + 1.0, noise_dimensions="4D")
+    noise = tree.node("ShaderNodeTexWhiteNoise", position, seed, noise_dimensions="4D")
     split = tree.node("ShaderNodeSeparateXYZ", tree.value(noise.outputs["Color"]))
     a, b = (tree.value(split.outputs[axis]).times_plus(2.0, -1.0) * size for axis in "XY")
     # For a lamp of another kind, Cycles removes all that is multiplied by 0, and both lights are the same nodes.
     offset = tree.vector_math("SCALE", x, a) + tree.vector_math("SCALE", y, b)
     packed[:2] = place + offset, (left - disc) * is_area + disc
-    point = light_from(tree, packed, label=f"Point of Lamp {index}")
-    if linked:
-        light, point = (
-            replace(each, irradiance=each.irradiance * (1.0 - read_unlinked(tree, index))) for each in (light, point)
-        )
-    is_round = tree.math("GREATER_THAN", inner_rim, 2.25) * is_area
-    held = light.direction, light.irradiance, light.variance, light.distance, light.casts_shadow
-    return WholeLamp(*held, is_area, is_round, away, (z, x, y)), point
+    point = light_from(tree, packed, label="Point")
+    both = (light.direction, light.irradiance, light.variance, light.distance, light.casts_shadow), (
+        point.direction, point.irradiance, point.variance, point.distance, point.casts_shadow,
+    )  # fmt: skip
+    tree.output(*both[0], *both[1], is_area, is_round, away, z, x, y)

@@ -16,7 +16,7 @@ P is the shaded point. The inputs are the scene's four properties of the lamp (l
 lamps of all kinds: a material need not change when a lamp changes its kind, and more lamps need no new data-block,
 which Blender's undo would lose if no undo step created it."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import bpy
@@ -34,7 +34,7 @@ from .light_linking import read_unlinked
 _LAMP = "ng_key_light"
 _NAME = "Lamp Irradiance"
 # The vector of each property, and its fourth number.
-_INPUTS = tuple(
+LAMP_INPUTS = tuple(
     Socket(name, kind, "A property of the scene")
     for what in PROPERTIES
     for name, kind in ((what, "Vector"), (f"{what} 4", "Float"))
@@ -46,7 +46,7 @@ _IRRADIANCE = Socket("Irradiance", "Color", "Light on a surface that faces the l
 _VARIANCE = Socket("Variance", "Float", "Spread of the lamp's disc in the sky, in rad2")
 _DISTANCE = Socket("Distance", "Float", "Distance to the lamp, in metres")
 _SHADOW = Socket("Shadow", "Float", "1 if the lamp casts shadows")
-_OUTPUTS = (_TO_LIGHT, _IRRADIANCE, _VARIANCE, _DISTANCE, _SHADOW)
+LAMP_OUTPUTS = (_TO_LIGHT, _IRRADIANCE, _VARIANCE, _DISTANCE, _SHADOW)
 
 
 @dataclass(frozen=True)
@@ -76,21 +76,36 @@ def light_of_object(tree: Tree) -> Light:
 
 def light_from(tree: Tree, packed: Sequence[Operand], *, label: str) -> Light:
     """Add nodes for a packed lamp (lamp_properties.py): the vector and the fourth number of each property."""
-    given = {socket.name: value for socket, value in zip(_INPUTS, packed, strict=True)}
+    given = {socket.name: value for socket, value in zip(LAMP_INPUTS, packed, strict=True)}
     outputs = tree.group(lamp_group(), given, label=label)
-    return Light(*(outputs[socket.name] for socket in _OUTPUTS))
+    return Light(*(outputs[socket.name] for socket in LAMP_OUTPUTS))
 
 
 def lamp_group() -> bpy.types.NodeTree:
     """The file's Lamp group, created if needed."""
-    for group in bpy.data.node_groups:
-        if stored.text(group, _LAMP) == _NAME and group.library is None and _is_whole(group):
-            return group
-    group = bpy.data.node_groups.new(_NAME, "ShaderNodeTree")
-    group[_LAMP] = _NAME
-    add_interface(group, _INPUTS, _OUTPUTS)
-    tree = Tree(group)
+    return shared_group(_NAME, LAMP_INPUTS, LAMP_OUTPUTS, _add_lamp)
 
+
+def shared_group(
+    name: str, inputs: tuple[Socket, ...], outputs: tuple[Socket, ...], build: Callable[[Tree], None]
+) -> bpy.types.NodeTree:
+    """The file's group of a name that all lamps share, created if needed. `build` adds its nodes.
+
+    Blender takes time in proportion to the square of a group's nodes to make them, so what each lamp needs is a group
+    of its own."""
+    for group in bpy.data.node_groups:
+        if stored.text(group, _LAMP) == name and group.library is None and _is_whole(group, inputs, outputs):
+            return group
+    group = bpy.data.node_groups.new(name, "ShaderNodeTree")
+    group[_LAMP] = name
+    add_interface(group, inputs, outputs)
+    build(Tree(group))
+    arrange(group)
+    note_parts(group)
+    return group
+
+
+def _add_lamp(tree: Tree) -> None:
     lamp = unpack(tree, list(tree.inputs().values()))
     position = tree.value(tree.node("ShaderNodeNewGeometry").outputs["Position"])
     # For a sun, place is a unit vector, so the distance is 1.
@@ -101,13 +116,10 @@ def lamp_group() -> bpy.types.NodeTree:
     irradiance = lamp.power * (_cone(tree, lamp, wi) / squared_distance)
     far = (1.0 - lamp.is_local).times_plus(FAR, distance)
     tree.output(wi, irradiance, lamp.variance / squared_distance, far, lamp.casts_shadow)
-    arrange(group)
-    note_parts(group)
-    return group
 
 
-def _is_whole(group: bpy.types.NodeTree) -> bool:
-    return has_sockets(group, _INPUTS, _OUTPUTS) and has_parts(group)
+def _is_whole(group: bpy.types.NodeTree, inputs: Sequence[Socket], outputs: Sequence[Socket]) -> bool:
+    return has_sockets(group, inputs, outputs) and has_parts(group)
 
 
 def _cone(tree: Tree, lamp: PackedLamp, wi: Value) -> Value:

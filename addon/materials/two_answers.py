@@ -12,11 +12,15 @@ two chains: one keeps the strongest, one the drawn lamp."""
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ..lamps.lamp_group import Light
+from ..lamps.lamp_group import Light, shared_group
 from ..nodes.builder import Tree, Value
+from ..nodes.interface import Socket
 
 # A light's direction, its irradiance, and the three numbers.
 _Pack = tuple[Value, Value, Value]
+_PACK = tuple(Socket(name, "Vector", "Of the lamp") for name in ("Direction", "Irradiance", "Numbers"))
+_FIRST, _SECOND = (tuple(replace(each, name=f"{which} {each.name}") for each in _PACK) for which in ("First", "Second"))
+_SHARE = Socket("Share", "Float", "0: the first lamp; 1: the second one")
 
 # Up to this many lamps and sources each are answered to. Two answers and a draw take more time than three answers.
 ALL_UP_TO = 3
@@ -61,8 +65,18 @@ def two_answers(tree: Tree, lights: Sequence[Light], likely: Sequence[Value]) ->
 
 def _either(tree: Tree, share: Value, first: _Pack, second: _Pack) -> _Pack:
     """The first pack if the share is 0, the second if it is 1."""
-    direction, irradiance, numbers = (tree.blend(share, a, b) for a, b in zip(first, second, strict=True))
+    group = shared_group("Either Lamp", (_SHARE, *_FIRST, *_SECOND), _PACK, _add_either)
+    given = {_SHARE.name: share}
+    given |= {each.name: value for each, value in zip((*_FIRST, *_SECOND), (*first, *second), strict=True)}
+    outputs = tree.group(group, given)
+    direction, irradiance, numbers = (outputs[each.name] for each in _PACK)
     return direction, irradiance, numbers
+
+
+def _add_either(tree: Tree) -> None:
+    """The nodes of the group."""
+    share, *packs = tree.inputs().values()
+    tree.output(*(tree.blend(share, a, b) for a, b in zip(packs[:3], packs[3:], strict=True)))
 
 
 def _unpacked(tree: Tree, pack: _Pack) -> tuple[Light, Value]:

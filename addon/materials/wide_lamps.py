@@ -5,8 +5,9 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from ..lamps.area_lamp import WholeLamp, lamp_and_point
-from ..lamps.lamp_group import Light
-from ..nodes.builder import Tree, Value
+from ..lamps.lamp_group import Light, shared_group
+from ..nodes.builder import Operand, Tree, Value
+from ..nodes.interface import Socket
 
 # 1 - cos of the angle from a lamp's centre to the rim of its cone, over the variance of its disc.
 _CONE = 3.0
@@ -15,6 +16,23 @@ _CONE = 3.0
 _WIDE = (0.006, 0.012)
 # The same of an area lamp, over those of other lights: 24 and 33 degrees. Its random points have its shape.
 _AREA = 7.0
+_NAME = "Light Left by Table"
+_DIRECTION = Socket("Direction", "Vector", "Unit vector to where a closure looks")
+_LIGHT = (
+    Socket("To Light", "Vector", "Unit vector to the lamp"),
+    Socket("Irradiance", "Color", "Light on a surface that faces the lamp, in W/m2"),
+    Socket("Variance", "Float", "Spread of the lamp's disc in the sky, in rad2"),
+    Socket("Share", "Float", "The share of the lamp that the table shows"),
+)
+_SHAPE = (
+    Socket("Is Area", "Float", "1 for an area lamp, else 0"),
+    Socket("Is Round", "Float", "1 for a round area lamp, else 0"),
+    Socket("Away", "Vector", "To the lamp's centre, in metres"),
+    Socket("Z", "Vector", "The lamp's z axis"),
+    Socket("X", "Vector", "From an area lamp's centre to its edge, in metres"),
+    Socket("Y", "Vector", "The same along the other side"),
+)
+_LEFT = Socket("Left", "Float", "The share of the light from there that is left for a closure")
 
 
 def lamp_for_table(tree: Tree, index: int, linked: bool) -> tuple[Light, Light]:
@@ -43,10 +61,24 @@ def left_by_table(tree: Tree, lights: Iterable[tuple[Light, Value | float]], dir
     table shows. A lamp with a share of 1 that the table does not show has no light at all."""
     left: Value | float = 1.0
     for light, share in lights:
-        shines = tree.math("GREATER_THAN", tree.dot(light.irradiance, (1.0, 1.0, 1.0)), 0.0)
-        beside = light.variance.times_plus(_CONE, tree.dot(light.direction, direction))  # above 1 within the cone
-        within = tree.math("GREATER_THAN", beside, 1.0)
+        given: dict[str, Operand] = {_DIRECTION.name: direction}
+        held = light.direction, light.irradiance, light.variance, share
+        given |= {socket.name: value for socket, value in zip(_LIGHT, held, strict=True)}
         if isinstance(light, WholeLamp):
-            within = (light.is_met(direction) - within) * light.is_area + within
-        left = left * (1.0 - shines * share * within)
+            shape = light.is_area, light.is_round, light.away, *light.axes
+            given |= {socket.name: value for socket, value in zip(_SHAPE, shape, strict=True)}
+        group = shared_group(_NAME, (_DIRECTION, *_LIGHT, *_SHAPE), (_LEFT,), _add_left)
+        left = left * tree.group(group, given)[_LEFT.name]
     return left
+
+
+def _add_left(tree: Tree) -> None:
+    """The nodes of the group."""
+    direction, towards, irradiance, variance, share, *shape = tree.inputs().values()
+    is_area, is_round, away, z, x, y = shape
+    lamp = WholeLamp(towards, irradiance, variance, 0.0, share, is_area, is_round, away, (z, x, y))
+    shines = tree.math("GREATER_THAN", tree.dot(irradiance, (1.0, 1.0, 1.0)), 0.0)
+    beside = variance.times_plus(_CONE, tree.dot(towards, direction))  # above 1 within the cone
+    within = tree.math("GREATER_THAN", beside, 1.0)
+    within = (lamp.is_met(direction) - within) * is_area + within
+    tree.output(1.0 - shines * share * within)
