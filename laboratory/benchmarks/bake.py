@@ -27,6 +27,7 @@ import numpy as np
 from precompute.bake import bake_folder
 from precompute.bake.request import BakeRequest, Scan
 from precompute.base.progress import silent
+from precompute.cli.option_types import count
 from precompute.cli.parser import OneLineParser
 from precompute.presets.drafts import draft_request
 
@@ -163,7 +164,9 @@ def as_text(name: str, found: dict[str, Any]) -> str:
 def main(argv: list[str]) -> None:
     """Measure every row, and print its stages."""
     parser = OneLineParser(prog="./dev bench bake", description=__doc__.splitlines()[0])
-    parser.add_argument("--runs", type=int, default=3, metavar="N", help="runs of each row (default: %(default)s)")
+    parser.add_argument(
+        "--runs", type=count(1, 1000), default=3, metavar="N", help="runs of each row (default: %(default)s)"
+    )
     parser.add_argument("--shared", type=Path, default=SHARED, metavar="DIR")
     parser.add_argument("--one", metavar="JSON", help=argparse.SUPPRESS)
     report.add_json(parser)

@@ -41,7 +41,7 @@ _REFERENCE_SAMPLES = 512
 _SURFACE = "sample:elaphe"
 # The thesis's settings.
 _STEP_M, _TEXELS, _OSL_PIXELS = 5e-9, 3, 16
-_TURNS_DEG = (0, 90, 200, 20, 110, 220, 40, 130)
+_TURNS_DEG = (0, 90, 200, 20, 110, 220, 40, 130, *range(5, 365, 15))
 
 
 @dataclass(frozen=True)
@@ -228,10 +228,11 @@ class Studio:
         principled.inputs["Roughness"].default_value = (sigma_b / 2**0.5) ** 0.5
         return material
 
-    def direct(self, shadows: bool = False, lights: str = "LAMPS", footprint: bool = False):
+    def direct(self, shadows: bool = False, lights: str = "LAMPS", footprint: bool = False, every_lamp: bool = False):
         """The add-on's own material."""
         group = self.addon.making_materials.new_diffraction_group(self.bake, shadows, lights)
         self.addon.skin.set_footprint(group, footprint)
+        self.addon.skin.set_every_lamp(group, every_lamp)
         return self.addon.material.new_diffraction_material("timed", group)
 
     def direct_shader(self):
