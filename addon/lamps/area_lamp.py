@@ -10,6 +10,8 @@ The random points serve the table alone. Closures, which must not see what the t
 
 from dataclasses import dataclass, replace
 
+import bpy
+
 from ..nodes.builder import Tree, Value
 from ..nodes.interface import Socket
 from .driven_nodes import read_property
@@ -22,7 +24,7 @@ from .light_linking import read_unlinked
 LEFT = 0.0007
 _NAME = "Lamp and Point"
 _SEED = Socket("Seed", "Float", "Distinguishes the lamps' random points")
-_SHAPE = (
+SHAPE = (
     Socket("Is Area", "Float", "1 for an area lamp, else 0"),
     Socket("Is Round", "Float", "1 for a round area lamp, else 0"),
     Socket("Away", "Vector", "To the lamp's centre, in metres"),
@@ -66,16 +68,20 @@ def lamp_and_point(tree: Tree, index: int, linked: bool) -> tuple[WholeLamp, Lig
     apply light linking."""
     packed = [value for what in PROPERTIES for value in read_property(tree, property_name(index, what))]
     given = {socket.name: value for socket, value in zip(LAMP_INPUTS, packed, strict=True)} | {_SEED.name: index + 1.0}
-    group = shared_group(_NAME, (*LAMP_INPUTS, _SEED), (*LAMP_OUTPUTS, *_POINT, *_SHAPE), _add_both)
-    outputs = tree.group(group, given, label=f"Lamp {index}")
+    outputs = tree.group(lamp_and_point_group(), given, label=f"Lamp {index}")
     light, point = (Light(*(outputs[socket.name] for socket in sockets)) for sockets in (LAMP_OUTPUTS, _POINT))
     if linked:
         light, point = (
             replace(each, irradiance=each.irradiance * (1.0 - read_unlinked(tree, index))) for each in (light, point)
         )
-    is_area, is_round, away, *axes = (outputs[socket.name] for socket in _SHAPE)
+    is_area, is_round, away, *axes = (outputs[socket.name] for socket in SHAPE)
     held = light.direction, light.irradiance, light.variance, light.distance, light.casts_shadow
     return WholeLamp(*held, is_area, is_round, away, (axes[0], axes[1], axes[2])), point
+
+
+def lamp_and_point_group() -> bpy.types.NodeTree:
+    """The file's group of a whole lamp and a point of it, created if needed."""
+    return shared_group(_NAME, (*LAMP_INPUTS, _SEED), (*LAMP_OUTPUTS, *_POINT, *SHAPE), build=_add_both)
 
 
 def _add_both(tree: Tree) -> None:

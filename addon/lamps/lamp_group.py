@@ -83,11 +83,11 @@ def light_from(tree: Tree, packed: Sequence[Operand], *, label: str) -> Light:
 
 def lamp_group() -> bpy.types.NodeTree:
     """The file's Lamp group, created if needed."""
-    return shared_group(_NAME, LAMP_INPUTS, LAMP_OUTPUTS, _add_lamp)
+    return shared_group(_NAME, LAMP_INPUTS, LAMP_OUTPUTS, build=_add_lamp)
 
 
 def shared_group(
-    name: str, inputs: tuple[Socket, ...], outputs: tuple[Socket, ...], build: Callable[[Tree], None]
+    name: str, inputs: tuple[Socket, ...], outputs: tuple[Socket, ...], *, build: Callable[[Tree], None]
 ) -> bpy.types.NodeTree:
     """The file's group of a name that all lamps share, created if needed. `build` adds its nodes.
 

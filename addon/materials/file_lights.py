@@ -18,6 +18,12 @@ def lamps_of_file() -> list[bool]:
     return [any(linked) for linked in zip_longest([False], *followed, fillvalue=False)]
 
 
+def areas_of_file() -> set[int]:
+    """The indices of the lamps that are area lamps in some scene of the file."""
+    lamps = (pair for scene in bpy.data.scenes for pair in enumerate(followed_lamps(scene)))
+    return {index for index, lamp in lamps if lamp.data.type == "AREA"}
+
+
 def left_out_of_file() -> int:
     """The largest number of lamps that the artist leaves out of a scene of the file."""
     return max(map(left_out_count, bpy.data.scenes), default=0)

@@ -16,6 +16,9 @@ LAMPS, SHADOWS = "ng_keys", "ng_shadows"
 LIGHTS = "ng_lights"
 # The number of lamps that the artist leaves out of a scene. Groups from earlier versions lack it: they have none.
 LEFT_OUT = "ng_left_out"
+# For each lamp, whether it is an area lamp in some scene, up to the last that is. Groups from earlier versions lack it:
+# their area lamps are round Gaussians.
+AREAS = "ng_areas"
 # The number of world sources available to the group.
 SOURCES = "ng_sources"
 # The number of sources that the group reads, and the bytes of its constants. Groups from earlier versions lack both:
@@ -64,6 +67,16 @@ def lamps_in(group: bpy.types.NodeTree) -> list[bool]:
 def left_out_in(group: bpy.types.NodeTree) -> int:
     """The number of left-out lamps of which a Diffraction group shows nothing."""
     return stored.count(group, LEFT_OUT, LEFT_OUT_MAX)
+
+
+def areas_in(group: bpy.types.NodeTree) -> set[int]:
+    """The indices of the lamps that a Diffraction group shows as area lamps, with their shape."""
+    return {index for index, is_area in enumerate(stored.flags(group, AREAS, LAMPS_MAX)) if is_area}
+
+
+def note_areas(group: bpy.types.NodeTree, indices: set[int]) -> None:
+    """Set the indices of the lamps that a Diffraction group shows as area lamps."""
+    group[AREAS] = [index in indices for index in range(max(indices, default=0) + 1)]
 
 
 def traces_shadows(group: bpy.types.NodeTree) -> bool:

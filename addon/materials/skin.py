@@ -38,9 +38,10 @@ from ..nodes.eevee_constants import ROOM, constant_bytes
 from ..nodes.interface import Socket, add_interface, has_sockets, restore_interface
 from ..nodes.node_count import has_parts, note_parts
 from . import group_properties
-from .file_lights import lamps_of_file, left_out_of_file, sources_of_file
+from .file_lights import areas_of_file, lamps_of_file, left_out_of_file, sources_of_file
 from .group_properties import (
     answers_every_lamp,
+    areas_in,
     counts_footprint,
     diffraction_groups,
     frame_of,
@@ -48,6 +49,7 @@ from .group_properties import (
     lamps_in,
     left_out_in,
     lights_of,
+    note_areas,
     sources_in,
     traces_shadows,
     variation_of,
@@ -94,6 +96,7 @@ def group_around(name: str, response: Response, *, shadows: bool = True, lights:
     add_interface(group, _INPUTS, _OUTPUTS)
     group[group_properties.SHADOWS], group[group_properties.LIGHTS] = shadows, lights
     group[group_properties.LEFT_OUT] = left_out_of_file()
+    note_areas(group, areas_of_file())
     fill_group(group, (response,), lamps_of_file(), sources=sources_of_file())
     return group
 
@@ -103,6 +106,7 @@ def set_lighting(group: bpy.types.NodeTree, *, shadows: bool, lights: str) -> No
     if (traces_shadows(group), lights_of(group)) != (shadows, lights):
         group[group_properties.SHADOWS], group[group_properties.LIGHTS] = shadows, lights
         group[group_properties.LEFT_OUT] = left_out_of_file()
+        note_areas(group, areas_of_file())
         fill_group(group, responses_in(group), lamps_in(group), sources=sources_of_file())
 
 
@@ -228,14 +232,17 @@ def show_lamps(*, exactly: bool) -> None:
     if not groups:
         return
     wanted, sources, left_out = lamps_of_file(), sources_of_file(), left_out_of_file()
+    areas = areas_of_file()
     for group in groups:
-        present, held, masks = lamps_in(group), sources_in(group), left_out_in(group)
+        present, held, masks, shapes = lamps_in(group), sources_in(group), left_out_in(group), areas_in(group)
         lamps = wanted if exactly else [a or b for a, b in zip_longest(wanted, present, fillvalue=False)]
         reads_sources = lights_of(group) == REST
         count = (sources if exactly else max(sources, held)) if reads_sources else held
         wanted_masks = (left_out if exactly else max(left_out, masks)) if reads_sources else masks
-        if (present, held, masks) != (lamps, count, wanted_masks):
+        wanted_shapes = (areas if exactly else areas | shapes) if reads_sources else shapes
+        if (present, held, masks, shapes) != (lamps, count, wanted_masks, wanted_shapes):
             group[group_properties.LEFT_OUT] = wanted_masks
+            note_areas(group, wanted_shapes)
             fill_group(group, responses_in(group), lamps, sources=count)
 
 

@@ -18,14 +18,16 @@ import bpy
 
 from ..direction.tangent_frame import frame_nodes
 from ..gratings.lights_choice import ALL, LAMPS_ONLY, REST
+from ..lamps.area_lamp import lamp_and_point_group
 from ..lamps.find import LAMPS_MAX
-from ..lamps.lamp_group import Light, light_of
+from ..lamps.lamp_group import Light, lamp_group, light_of
 from ..lamps.sky_nodes import source_light
 from ..nodes.builder import Operand, Tree, Value
 from ..nodes.interface import Socket
 from .footprint import with_footprint
 from .group_properties import (
     answers_every_lamp,
+    areas_in,
     counts_footprint,
     frame_of,
     left_out_in,
@@ -49,9 +51,9 @@ from .response import (
     is_opaque,
 )
 from .shadow import hit, ray_start
-from .two_answers import ALL_UP_TO, two_answers
+from .two_answers import ALL_UP_TO, either_group, two_answers
 from .variation_nodes import variation_nodes
-from .wide_lamps import lamp_for_table, left_by_table, table_share
+from .wide_lamps import lamp_for_table, left_by_table, left_group, table_share
 
 AOV_NAME = "Diffraction"
 # Weights of a lamp's red, green and blue in a choice among lamps. Any positive weights would do.
@@ -78,7 +80,11 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
     if counts_footprint(group):
         to_lamps[ROUGHNESS] = with_footprint(tree, settings[ROUGHNESS])
     reliefs = list(enumerate(zip(responses, areas, strict=True), start=1))
-    # An unlinked node costs nothing. It keeps the response's World group in the file while it is unused.
+    # Unlinked nodes cost nothing. They keep groups in the file that more lamps, or an area lamp, need later: Blender's
+    # undo would lose a group that a handler makes.
+    for made in (lamp_group(), either_group(), lamp_and_point_group(), left_group()):
+        tree.group(made)
+    # Likewise the response's World group, while it is unused.
     lights = lights_of(group) if all(response.world is not None for response in responses) else LAMPS_ONLY
     asked_of_world: dict[Socket, Operand] = {NORMAL: n, TANGENT: t, SHARP: float(lights == REST), **settings}
     worlds = [(response.to_world(tree, asked_of_world, number=k), area) for k, (response, area) in reliefs]
@@ -86,7 +92,7 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
     whole: list[Light] = []
     left_out: list[Light] = []
     if lights == REST:
-        pairs = [lamp_for_table(tree, index, linked) for index, linked in enumerate(lamps)]
+        pairs = [lamp_for_table(tree, k, linked, is_area=k in areas_in(group)) for k, linked in enumerate(lamps)]
         pairs += [(source, source) for source in (source_light(tree, index) for index in range(sources))]
         whole, lit_by = ([pair[which] for pair in pairs] for which in range(2))
         left_out = [light_of(tree, LAMPS_MAX + index, False) for index in range(left_out_in(group))]

@@ -12,6 +12,8 @@ two chains: one keeps the strongest, one the drawn lamp."""
 from collections.abc import Sequence
 from dataclasses import replace
 
+import bpy
+
 from ..lamps.lamp_group import Light, shared_group
 from ..nodes.builder import Tree, Value
 from ..nodes.interface import Socket
@@ -65,12 +67,16 @@ def two_answers(tree: Tree, lights: Sequence[Light], likely: Sequence[Value]) ->
 
 def _either(tree: Tree, share: Value, first: _Pack, second: _Pack) -> _Pack:
     """The first pack if the share is 0, the second if it is 1."""
-    group = shared_group("Either Lamp", (_SHARE, *_FIRST, *_SECOND), _PACK, _add_either)
     given = {_SHARE.name: share}
     given |= {each.name: value for each, value in zip((*_FIRST, *_SECOND), (*first, *second), strict=True)}
-    outputs = tree.group(group, given)
+    outputs = tree.group(either_group(), given)
     direction, irradiance, numbers = (outputs[each.name] for each in _PACK)
     return direction, irradiance, numbers
+
+
+def either_group() -> bpy.types.NodeTree:
+    """The file's group that chooses between two packs, created if needed."""
+    return shared_group("Either Lamp", (_SHARE, *_FIRST, *_SECOND), _PACK, build=_add_either)
 
 
 def _add_either(tree: Tree) -> None:

@@ -4,8 +4,10 @@
 from collections.abc import Iterable
 from dataclasses import replace
 
-from ..lamps.area_lamp import WholeLamp, lamp_and_point
-from ..lamps.lamp_group import Light, shared_group
+import bpy
+
+from ..lamps.area_lamp import SHAPE, WholeLamp, lamp_and_point
+from ..lamps.lamp_group import LAMP_OUTPUTS, Light, light_of, shared_group
 from ..nodes.builder import Operand, Tree, Value
 from ..nodes.interface import Socket
 
@@ -18,26 +20,16 @@ _WIDE = (0.006, 0.012)
 _AREA = 7.0
 _NAME = "Light Left by Table"
 _DIRECTION = Socket("Direction", "Vector", "Unit vector to where a closure looks")
-_LIGHT = (
-    Socket("To Light", "Vector", "Unit vector to the lamp"),
-    Socket("Irradiance", "Color", "Light on a surface that faces the lamp, in W/m2"),
-    Socket("Variance", "Float", "Spread of the lamp's disc in the sky, in rad2"),
-    Socket("Share", "Float", "The share of the lamp that the table shows"),
-)
-_SHAPE = (
-    Socket("Is Area", "Float", "1 for an area lamp, else 0"),
-    Socket("Is Round", "Float", "1 for a round area lamp, else 0"),
-    Socket("Away", "Vector", "To the lamp's centre, in metres"),
-    Socket("Z", "Vector", "The lamp's z axis"),
-    Socket("X", "Vector", "From an area lamp's centre to its edge, in metres"),
-    Socket("Y", "Vector", "The same along the other side"),
-)
+_LIGHT = (*LAMP_OUTPUTS[:3], Socket("Share", "Float", "The share of the lamp that the table shows"))
 _LEFT = Socket("Left", "Float", "The share of the light from there that is left for a closure")
 
 
-def lamp_for_table(tree: Tree, index: int, linked: bool) -> tuple[Light, Light]:
+def lamp_for_table(tree: Tree, index: int, linked: bool, *, is_area: bool) -> tuple[Light, Light]:
     """Add nodes for the scene's lamp `index`: the lamp for closures, and its light as the table shows it. `linked`:
-    apply light linking."""
+    apply light linking. `is_area`: it may be an area lamp, which takes a hundred nodes more."""
+    if not is_area:
+        light = light_of(tree, index, linked)
+        return light, light
     lamp, point = lamp_and_point(tree, index, linked)
     # The point has a small variance, for which table_share gives 1.
     shown = (table_share(tree, lamp) - 1.0) * lamp.is_area + 1.0
@@ -66,10 +58,14 @@ def left_by_table(tree: Tree, lights: Iterable[tuple[Light, Value | float]], dir
         given |= {socket.name: value for socket, value in zip(_LIGHT, held, strict=True)}
         if isinstance(light, WholeLamp):
             shape = light.is_area, light.is_round, light.away, *light.axes
-            given |= {socket.name: value for socket, value in zip(_SHAPE, shape, strict=True)}
-        group = shared_group(_NAME, (_DIRECTION, *_LIGHT, *_SHAPE), (_LEFT,), _add_left)
-        left = left * tree.group(group, given)[_LEFT.name]
+            given |= {socket.name: value for socket, value in zip(SHAPE, shape, strict=True)}
+        left = left * tree.group(left_group(), given)[_LEFT.name]
     return left
+
+
+def left_group() -> bpy.types.NodeTree:
+    """The file's group of the light that a lamp leaves for a closure, created if needed."""
+    return shared_group(_NAME, (_DIRECTION, *_LIGHT, *SHAPE), (_LEFT,), build=_add_left)
 
 
 def _add_left(tree: Tree) -> None:

@@ -27,6 +27,7 @@ _HELD: dict[str, Callable[[Skin], object]] = {
     "ng_variation": lambda it: it.group,
     "ng_footprint": lambda it: it.group,
     "ng_every_lamp": lambda it: it.group,
+    "ng_areas": lambda it: it.group,
     "ng_own": lambda it: it.group,
     "ng_region": lambda it: it.response.group,
     "ng_space": lambda it: it.response.group,
