@@ -58,10 +58,15 @@ class SeenSurface:
         """1 if the viewer is above the surface, else 0."""
         return self.tree.math("GREATER_THAN", self.above.cosine, 0.0)
 
+    @cached_property
+    def excess(self) -> Value:
+        """The excess albedo towards the viewer, over the cosine."""
+        return excess_albedo(self.tree, self.image, self.layout, way=self.inside)
+
     def over_bound(self, light: Value | float, way: Direction) -> Value:
         """Light from a direction inside, divided by the albedo bound."""
-        bounds = (excess_albedo(self.tree, self.image, self.layout, way=each) for each in (way, self.inside))
-        return self.tree.math("DIVIDE", light, albedo_bound(self.tree, *bounds))
+        excess = excess_albedo(self.tree, self.image, self.layout, way=way)
+        return self.tree.math("DIVIDE", light, albedo_bound(self.tree, excess, self.excess))
 
     def through_plate(self, light: Value, above: Direction, inside: Direction) -> Value:
         """Light from a direction, times what the plate's front face lets through on the way in and out."""
