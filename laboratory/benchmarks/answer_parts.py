@@ -14,8 +14,6 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
-
 from precompute.cli.option_types import count
 from precompute.cli.parser import OneLineParser
 
@@ -45,12 +43,7 @@ def measured(studio: Studio, arguments: argparse.Namespace) -> list[dict]:
         subjects.append(Subject(name, lambda name=name: _material(studio, lambda tree: _chain(tree, name)), 0))
     for name in ("Likely", "Finer", "Coarser", "Mirror"):
         subjects.append(Subject(f"answer: {name}", lambda name=name: _material(studio, _answer(studio, name)), 0))
-    least = np.full((len(subjects), 2), np.inf)
-    for _ in range(arguments.repeat):
-        for row, subject in zip(least, subjects, strict=True):
-            studio.show(subject)
-            row[:] = np.minimum(row, studio.spans(subject, "cycles", _SAMPLES))
-    cost = 1e9 * (least[:, 1] - least[:, 0])
+    cost = 1e9 * studio.costs(subjects, _SAMPLES, arguments.repeat)
     rows = []
     for subject, each in zip(subjects[1:], cost[1:] - cost[0], strict=True):
         ns = float(each if subject.name.startswith("answer") else each / _CHAIN)

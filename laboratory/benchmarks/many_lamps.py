@@ -59,12 +59,7 @@ def _measured(studio: Studio, scene: str, lamps: int, arguments: argparse.Namesp
         "Lamps and World": partial(studio.direct, lights="REST"),
     }
     subjects = [Subject(name, make, lamps) for name, make in made.items()]
-    least = np.full((len(subjects), 2), np.inf)
-    for _ in range(arguments.repeat):
-        for row, subject in zip(least, subjects, strict=True):
-            studio.show(subject)
-            row[:] = np.minimum(row, studio.spans(subject, "cycles", _TIMED))
-    us = 1e6 * (least[:, 1] - least[:, 0])
+    us = 1e6 * studio.costs(subjects, _TIMED, arguments.repeat)
     noise = _noise(studio, subjects[1:3])
     rows = []
     for subject, cost in zip(subjects, us, strict=True):

@@ -259,6 +259,15 @@ class Studio:
         seconds = (self.render(engine, count, pixels)[0] for count in (fewer, more))
         return tuple(each / (pixels**2 * (more - fewer)) for each in seconds)
 
+    def costs(self, subjects: list[Subject], samples: int, repeat: int) -> np.ndarray:
+        """Processor seconds of a sample of a pixel in Cycles for each subject, rendered in turn."""
+        least = np.full((len(subjects), 2), np.inf)
+        for _ in range(repeat):
+            for row, subject in zip(least, subjects, strict=True):
+                self.show(subject)
+                row[:] = np.minimum(row, self.spans(subject, "cycles", samples))
+        return least[:, 1] - least[:, 0]
+
     def render(
         self, engine: str, samples: int, pixels: int | tuple[int, int] | None = None
     ) -> tuple[float, np.ndarray]:
