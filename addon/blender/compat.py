@@ -7,6 +7,8 @@ import bpy
 HAS_RAYCAST = bpy.app.version >= (5, 1, 0)
 # Whether EEVEE's Attribute node reads vertex groups. In 4.5 it gives 0, in 5.2 the weights. Others were not tried.
 EEVEE_READS_VERTEX_GROUPS = bpy.app.version >= (5, 2, 0)
+# Whether EEVEE computes what depends on constants alone before it writes a shader. Only 4.5 and 5.2 were tried.
+EEVEE_EVALUATES_CONSTANTS = bpy.app.version >= (5, 2, 0)
 
 
 def working_space() -> str:
