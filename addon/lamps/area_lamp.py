@@ -14,9 +14,7 @@ import bpy
 
 from ..nodes.builder import Tree, Value
 from ..nodes.interface import Socket
-from .driven_nodes import read_property
-from .lamp_group import LAMP_INPUTS, LAMP_OUTPUTS, Light, light_from, shared_group
-from .lamp_properties import PROPERTIES, property_name
+from .lamp_group import LAMP_INPUTS, LAMP_OUTPUTS, Light, group_of_lamp, light_from, shared_group
 from .light_linking import read_unlinked
 
 # The variance in rad2 that is left to the table: that of a disc with a radius of 3 degrees. A larger one shows colours
@@ -66,9 +64,8 @@ class WholeLamp(Light):
 def lamp_and_point(tree: Tree, index: int, linked: bool) -> tuple[WholeLamp, Light]:
     """Add nodes for the scene's lamp `index`: the whole lamp, and the light that a sample takes from it. `linked`:
     apply light linking."""
-    packed = [value for what in PROPERTIES for value in read_property(tree, property_name(index, what))]
-    given = {socket.name: value for socket, value in zip(LAMP_INPUTS, packed, strict=True)} | {_SEED.name: index + 1.0}
-    outputs = tree.group(lamp_and_point_group(), given, label=f"Lamp {index}")
+    outputs = group_of_lamp(tree, lamp_and_point_group(), index)
+    tree.feed(outputs[_POINT[0].name].socket.node.inputs[_SEED.name], index + 1.0)
     light, point = (Light(*(outputs[socket.name] for socket in sockets)) for sockets in (LAMP_OUTPUTS, _POINT))
     if linked:
         light, point = (

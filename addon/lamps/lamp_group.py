@@ -26,7 +26,7 @@ from ..nodes.arrange import arrange
 from ..nodes.builder import Operand, Tree, Value
 from ..nodes.interface import Socket, add_interface, has_sockets
 from ..nodes.node_count import has_parts, note_parts
-from .driven_nodes import read_property
+from .driven_nodes import feed_property
 from .lamp_properties import PROPERTIES, PackedLamp, property_name, unpack
 from .light_linking import read_unlinked
 
@@ -63,9 +63,18 @@ class Light:
 
 def light_of(tree: Tree, index: int, linked: bool) -> Light:
     """Add nodes for the scene's lamp `index`. `linked`: apply light linking."""
-    packed = [value for what in PROPERTIES for value in read_property(tree, property_name(index, what))]
-    light = light_from(tree, packed, label=f"Lamp {index}")
+    outputs = group_of_lamp(tree, lamp_group(), index)
+    light = Light(*(outputs[socket.name] for socket in LAMP_OUTPUTS))
     return replace(light, irradiance=light.irradiance * (1.0 - read_unlinked(tree, index))) if linked else light
+
+
+def group_of_lamp(tree: Tree, group: bpy.types.NodeTree, index: int) -> dict[str, Value]:
+    """Add a node of a group whose inputs LAMP_INPUTS follow the scene's lamp `index`. Return its outputs by name."""
+    outputs = tree.group(group, label=f"Lamp {index}")
+    inputs = outputs[_TO_LIGHT.name].socket.node.inputs
+    for what in PROPERTIES:
+        feed_property(inputs[what], inputs[f"{what} 4"], property_name(index, what))
+    return outputs
 
 
 def light_of_object(tree: Tree) -> Light:

@@ -17,7 +17,9 @@ def arrange(tree: bpy.types.NodeTree) -> None:
     for node in tree.nodes:
         depth[node] = 1 + max((depth.get(before, 0) for before in feeding.get(node, ())), default=-1)
     filled: dict[int, int] = {}
-    for node, column in depth.items():
+    places: list[int] = []
+    for column in depth.values():
         row = filled.get(column, 0)
         filled[column] = row + 1
-        node.location = (column * 220, -row * 220)
+        places += (column * 220, -row * 220)
+    tree.nodes.foreach_set("location", places)  # one by one, Blender would update the tree for each

@@ -262,20 +262,27 @@ def test_nodes_hold_what_the_scene_notes(addon, scene, material):
     """For a lamp, which drivers follow, and for a property that a script writes and announces."""
     addon.driven_nodes.read_property(addon.builder.Tree(material), "ng_world_0_place")
 
-    def held(name: str) -> list[float]:
+    def nodes(label: str) -> list[bpy.types.Node]:
         bpy.context.view_layer.update()
-        nodes = [n for n in material.evaluated_get(bpy.context.evaluated_depsgraph_get()).nodes if n.label == name]
-        vector, number = sorted(nodes, key=lambda node: node.type)
+        evaluated = material.evaluated_get(bpy.context.evaluated_depsgraph_get())
+        return sorted((node for node in evaluated.nodes if node.label == label), key=lambda node: node.type)
+
+    def source() -> list[float]:
+        vector, number = nodes("ng_world_0_place")
         return [*(socket.default_value for socket in vector.inputs), number.outputs[0].default_value]
 
-    assert held("ng_world_0_place") == [0, 0, 0, 0]
+    def lamp(what: str) -> list[float]:
+        (node,) = nodes("Lamp 0")
+        return [*node.inputs[what].default_value, node.inputs[f"{what} 4"].default_value]
+
+    assert source() == [0, 0, 0, 0]
     scene["ng_world_0_place"] = [0.0, 0.6, 0.8, -1.5]
     scene.update_tag()
-    assert held("ng_world_0_place") == pytest.approx([0, 0.6, 0.8, -1.5])
+    assert source() == pytest.approx([0, 0.6, 0.8, -1.5])
     bpy.data.objects["Sun"].rotation_euler = (math.pi / 2, 0, 0)
-    place = addon.lamp_properties.property_name(0, "place")
-    assert held(place)[:3] == pytest.approx([0, -1, 0], abs=1e-6)
-    assert held(place) == pytest.approx(list(scene[place]))
+    assert lamp("place")[:3] == pytest.approx([0, -1, 0], abs=1e-6)
+    for what in addon.lamp_properties.PROPERTIES:
+        assert lamp(what) == pytest.approx(list(scene[addon.lamp_properties.property_name(0, what)]))
 
 
 def test_a_group_that_is_filled_again_keeps_no_driver_of_a_node_that_went(addon, scene, material):
