@@ -60,7 +60,7 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--points", type=count(1, 100_000), default=200, help="of a subject; not in furnace and noise")
     parser.add_argument("--samples", type=count(2, 1 << 20), default=1024, help="of a pixel; not in furnace and noise")
     parser.add_argument("--subject", action="append", choices=scenes.SUBJECTS, help="in truth and fakes")
-    parser.add_argument("--world", action="append", choices=scenes.WORLDS, help="in scattered, truth and fakes")
+    parser.add_argument("--world", action="append", choices=scenes.WORLDS, help="not in furnace and worlds")
     parser.add_argument("--surface", action="append", choices=SURFACES, help="in scattered, truth and fakes")
     parser.add_argument("--fourteen", action="append", choices=FOURTEEN, help="a world of the part worlds")
     report.add_json(parser)
@@ -107,9 +107,13 @@ def noise(studio: Worlds, arguments: argparse.Namespace) -> list[dict]:
         f"{'world':14}{'material':>11}{'us':>7}{'RMSE':>9}{'to coat':>9}{'clean':>7}{'denoised':>10}{'dE':>6}",
         arguments.json,
     )
-    for world in WORLDS:
+    for world in arguments.world or scenes.WORLDS:
         studio.build("snake")
-        studio.light_by(world)
+        if world in WORLDS:
+            studio.light_by(world)
+        else:
+            studio.target = np.zeros(3)
+            scenes.light_by(studio, world)
         coat = None
         for material in MATERIALS:
             studio.dress(material)
