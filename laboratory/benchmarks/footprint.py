@@ -126,14 +126,20 @@ def flicker(studio: Studio, group: Any, arguments: argparse.Namespace) -> list[d
     for samples in SAMPLES["flicker"]:
         for counts in (False, True):
             studio.addon.skin.set_footprint(group, counts)
-            sums = []
-            for frame in range(FRAMES):
-                studio.mesh.rotation_euler.z = np.radians(frame * STEP_DEG)
-                sums.append(float(studio.render("eevee", samples)[1].mean()))
-            found = float(np.sqrt(np.mean(np.diff(sums, 2) ** 2)) / np.mean(sums))
-            rows.append({"samples": samples, "footprint": counts, "flicker": found, "mean": float(np.mean(sums))})
-            report.say(f"{samples:8}{counts!s:>11}{found:9.4f}{np.mean(sums):9.4f}", arguments.json)
+            found, mean = flicker_of(studio, samples)
+            rows.append({"samples": samples, "footprint": counts, "flicker": found, "mean": mean})
+            report.say(f"{samples:8}{counts!s:>11}{found:9.4f}{mean:9.4f}", arguments.json)
     return rows
+
+
+def flicker_of(studio: Studio, samples: int) -> tuple[float, float]:
+    """The flicker of the turning mesh in EEVEE, relative to its mean light, and this mean."""
+    sums = []
+    for frame in range(FRAMES):
+        studio.mesh.rotation_euler.z = np.radians(frame * STEP_DEG)
+        sums.append(float(studio.render("eevee", samples)[1].mean()))
+    mean = float(np.mean(sums))
+    return float(np.sqrt(np.mean(np.diff(sums, 2) ** 2))) / mean, mean
 
 
 PARTS = {"noise": noise, "denoiser": denoiser, "close": close, "flicker": flicker}

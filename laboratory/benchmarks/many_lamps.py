@@ -2,12 +2,15 @@
 """Render time and noise in Cycles under 1, 3, 8 and 32 suns.
 
     ./dev --bpy 5.2 bench many_lamps [--scene sphere --scene snake] [--lamps N]... [--pixels 96] [--repeat 3]
-        [--json FILE|-]
+        [--flicker] [--json FILE|-]
 
 Time is measured as in render_time, relative to a Principled metal under the same suns. "RMSE" is that of 16 samples
 over the picture's mean, each sample clipped at a display's white, against many samples in which every lamp is
 evaluated. "Mean" is the mean of 64 samples over that of those, without clipping. A material of the extension evaluates
 every lamp up to three; from four on it evaluates two, unless the row says "every lamp".
+
+With --flicker the tables give EEVEE's flicker instead, as in the benchmark footprint: the mesh turns by a tenth of a
+degree between 24 frames.
 """
 
 import argparse
@@ -21,9 +24,11 @@ from precompute.cli.option_types import count
 from precompute.cli.parser import OneLineParser
 
 from . import report
+from .footprint import flicker_of
 from .render_time import Studio, Subject
 
 _SAMPLES, _TIMED, _MEAN, _REFERENCE = 16, 32, 64, 256
+_FLICKER_SAMPLES = (4, 16, 64)
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -33,15 +38,17 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--lamps", type=count(1, 32), action="append", help="default: 1, 3, 8 and 32")
     parser.add_argument("--pixels", type=count(4, 8192), default=96)
     parser.add_argument("--repeat", type=count(1, 1000), default=3)
+    parser.add_argument("--flicker", action="store_true", help="measure EEVEE's flicker instead")
     report.add_json(parser)
     arguments = parser.parse_args(argv)
+    measured = _flickers if arguments.flicker else _measured
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         studio = Studio.started(Path(folder), arguments.pixels)
         for scene in arguments.scene or ("sphere", "snake"):
             studio.build(scene)
             for lamps in arguments.lamps or (1, 3, 8, 32):
-                rows += _measured(studio, scene, lamps, arguments)
+                rows += measured(studio, scene, lamps, arguments)
     report.write({"rows": rows}, arguments.json)
     return 0
 
@@ -68,6 +75,20 @@ def _measured(studio: Studio, scene: str, lamps: int, arguments: argparse.Namesp
         told = "{rmse:9.4f}{mean:9.5f}".format(**noise[subject.name]) if subject.name in noise else ""
         report.say(f"{subject.name:32}{cost:8.3f}{cost / us[0]:10.2f}{told}", arguments.json)
         rows.append(facts)
+    return rows
+
+
+def _flickers(studio: Studio, scene: str, lamps: int, arguments: argparse.Namespace) -> list[dict]:
+    """Measure and print the flicker under one number of suns."""
+    report.say(f"{scene}, {lamps} suns", arguments.json)
+    report.say(f"{'material':32}" + "".join(f"{samples:9}" for samples in _FLICKER_SAMPLES), arguments.json)
+    rows = []
+    for name, every_lamp in (("Lamps Only, every lamp", True), ("Lamps Only", False)):
+        studio.show(Subject(name, partial(studio.direct, every_lamp=every_lamp), lamps))
+        found = [flicker_of(studio, samples)[0] for samples in _FLICKER_SAMPLES]
+        report.say(f"{name:32}" + "".join(f"{each:9.5f}" for each in found), arguments.json)
+        told = dict(zip(map(str, _FLICKER_SAMPLES), found, strict=True))
+        rows.append({"scene": scene, "lamps": lamps, "material": name, "flicker": told})
     return rows
 
 
