@@ -35,7 +35,7 @@ LAMPS = {
     "candle": ("1850K", "black body of a candle's colour temperature"),
     "tungsten": ("2700K", "black body of a household bulb's colour temperature"),
     "halogen": ("3000K", "black body of a halogen lamp's colour temperature"),
-    "flash": ("D5500", "daylight of 5500 K, for which xenon flashes are filtered (ISO 7589)"),
+    "flash": ("D5500", "daylight of 5500 K, to which photographers' flashes are balanced"),
     "warm-led": ("LED-B1", "blue LED with phosphor, 2733 K (CIE 15:2018)"),
     "cool-led": ("LED-B5", "blue LED with phosphor, 6598 K (CIE 15:2018)"),
     "tube": ("FL11", "fluorescent lamp with three narrow bands, 4000 K (CIE 15)"),

@@ -32,9 +32,9 @@ def rgb_from_xyz(space: str = "Rec.709", illuminant: str = "D65") -> np.ndarray:
     So a scene's lamp of that colour shows the colours that the lamp has beside daylight, where an adaptation would
     shift them by a dE00 of 5 under 2700 K."""
     if illuminant in ILLUMINANTS or not is_white(illuminant):
-        return _matrix(space, white_xyz(illuminant))
+        return adapted_matrix(space, white_xyz(illuminant))
     kept = _kept(space, illuminant)
-    in_space = kept * _matrix(space, white_xyz())
+    in_space = kept * adapted_matrix(space, white_xyz())
     in_space[:, 1] += 1 - kept
     return in_space / lamp_rgb(space, illuminant)[:, None]
 
@@ -44,18 +44,26 @@ def lamp_rgb(space: str, illuminant: str) -> np.ndarray:
 
     A lamp beside the space's edge, such as a candle in Rec.709, is moved towards the grey of its luminance until its
     least component is _LEAST."""
-    rgb = _matrix(space, white_xyz()) @ white_xyz(illuminant)
+    rgb = adapted_matrix(space, white_xyz()) @ white_xyz(illuminant)
     return 1 + _kept(space, illuminant) * (rgb - 1)
+
+
+def lamp_line(space: str, illuminant: str) -> str:
+    """A line with the colour of a scene's lamp for an illuminant; "" if the lamp is white."""
+    if illuminant in ILLUMINANTS or not is_white(illuminant):
+        return ""
+    return f"lamp colour {', '.join(f'{each:.3f}' for each in lamp_rgb(space, illuminant))} ({space})"
 
 
 def _kept(space: str, illuminant: str) -> float:
     """The share of its colour that a lamp keeps in a space."""
-    least = (_matrix(space, white_xyz()) @ white_xyz(illuminant)).min()
+    least = (adapted_matrix(space, white_xyz()) @ white_xyz(illuminant)).min()
     return min(1.0, (1 - _LEAST) / (1 - least)) if least < 1 else 1.0
 
 
-def _matrix(space: str, white: np.ndarray) -> np.ndarray:
-    """The matrix (3, 3) from XYZ to linear RGB of a space, by which a white (3,) becomes (1, 1, 1)."""
+def adapted_matrix(space: str, white: np.ndarray) -> np.ndarray:
+    """The matrix (3, 3) from XYZ to linear RGB of a space by which a white (3,) becomes (1, 1, 1), by Bradford's
+    transform."""
     primaries_xy, white_xy = RGB_SPACES[space]
     space_white = _xyz_of_xy(white_xy)
     primaries = np.stack([_xyz_of_xy(xy) for xy in primaries_xy], axis=1)
