@@ -24,7 +24,16 @@ from .direction_source import AXES, KINDS, STORED, DirectionSource, file_has_com
 from .levelling_steps import LevellingStep
 from .lights_choice import CHOICES, LIGHTS, REST
 from .material_look import MaterialLook
-from .matter_fields import MATTERS, PLATE_IORS, matter_text, take_matter
+from .matter_fields import (
+    DAYLIGHT,
+    MATTERS,
+    PLATE_IORS,
+    illuminant_text,
+    keep_file,
+    known_names,
+    matter_text,
+    take_matter,
+)  # fmt: skip
 from .own_names import follow_name
 
 if TYPE_CHECKING:
@@ -61,29 +70,27 @@ class Grating(bpy.types.PropertyGroup):
         name="Colour Error",
         description="How far the bake's colours may differ from the exact ones, in units of CIEDE2000: the eye hardly "
         "sees 1. Smaller takes longer and needs more memory. Single views (1 % of the directions) may differ more",
-        default=1.0,
-        min=1e-3,
-        max=100.0,
-        soft_min=0.05,
-        soft_max=10.0,
-    )
+        default=1.0, min=1e-3, max=100.0, soft_min=0.05, soft_max=10.0,
+    )  # fmt: skip
     coherence_um: FloatProperty(
         name="Coherence",
         description="Width over which light waves interact (coherence length), in micrometres. Larger gives purer "
         "colours, but also speckle if the scan is small. 0: chosen from the scan's size",
-        default=0.0,
-        min=0.0,
-        max=1e4,
-        soft_max=65.0,
-    )
+        default=0.0, min=0.0, max=1e4, soft_max=65.0,
+    )  # fmt: skip
     spread_deg: FloatProperty(
         name="Direction Spread",
         description="How far the direction of the skin varies within the light spot or pixel, in degrees (standard "
         "deviation). Smooths the rays that one small scan shows, and widens its colours sideways. 0: one direction",
-        default=0.0,
-        min=0.0,
-        max=45.0,
-        soft_max=10.0,
+        default=0.0, min=0.0, max=45.0, soft_max=10.0,
+    )  # fmt: skip
+    illuminant: StringProperty(
+        name="Lamp Spectrum",
+        description="Light whose spectrum the bake splits into colours: tungsten, 2700K, D5500, LED-B1, FL11, 589nm, "
+        "or a file of wavelengths (nm) and powers. Give your lamps its colour. Empty: daylight, for all lamps",
+        update=lambda grating, _: keep_file(grating),
+        search=lambda _, __, typed: known_names(typed),
+        search_options={"SUGGESTION"},
     )
     matter: EnumProperty(name="Matter", description="What the surface is made of", items=MATTERS)
     layers: StringProperty(
@@ -96,10 +103,8 @@ class Grating(bpy.types.PropertyGroup):
         name="Plate IOR",
         description="How strongly a clear plate over the relief bends light (IOR): 1.585 for the plastic of a disc, "
         "about 1.5 for the lacquer of a foil. 1: no plate",
-        default=PLATE_IORS[0],
-        min=PLATE_IORS[0],
-        max=PLATE_IORS[1],
-    )
+        default=PLATE_IORS[0], min=PLATE_IORS[0], max=PLATE_IORS[1],
+    )  # fmt: skip
     request: StringProperty(
         name="Request",
         description="Further settings of the bake, as JSON; empty for the defaults",
@@ -228,6 +233,7 @@ class Grating(bpy.types.PropertyGroup):
             "coherence_um": _decimal(self.coherence_um, 6),
             "spread_deg": _decimal(self.spread_deg, 6),
             "matter": matter_text(self),
+            **({"illuminant": illuminant_text(self)} if self.illuminant else {}),
             "levelling": [step.text for step in steps_of([s.text for s in self.steps], f"{self.name}: Levelling")],
         }
         return request_from(self._kept() | shown, self.name)
@@ -256,6 +262,8 @@ class Grating(bpy.types.PropertyGroup):
         self.size_um, self.height_nm = first["size_um"] or 0.0, first["height_nm"] or 0.0
         self.delta_e, self.coherence_um = record.pop("delta_e"), record.pop("coherence_um") or 0.0
         self.spread_deg = record.pop("spread_deg", None) or 0.0
+        illuminant = record.pop("illuminant")
+        self.illuminant = "" if illuminant == DAYLIGHT else illuminant
         take_matter(self, record.pop("matter"))
         self.levelling = ",".join(record.pop("levelling")) or "none"
         self.request = json.dumps(record | {"scans": others}, sort_keys=True)

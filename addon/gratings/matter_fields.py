@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The fields of a grating that say what it is made of, and the text of `--matter` that they stand for."""
+"""The fields of a grating for its matter and for the spectrum of its light, and their texts on the command line."""
 
 from dataclasses import replace
 from typing import Protocol
+
+import bpy
 
 from ...precompute.base.failure import GratingError
 from ...precompute.reflectance.metals import METALS
@@ -25,6 +27,8 @@ _TEXTS = (
 MATTERS = tuple((name, label, text, "NONE", _NUMBERS[name]) for name, label, text in _TEXTS)
 # The index of no plate, and the greatest index of a plate (precompute/optics/plate.py, which loads only when needed).
 PLATE_IORS = 1.0, 3.0
+# The illuminant if the field is empty.
+DAYLIGHT = "D65"
 # Digits of a plate's index. Single precision, in which Blender stores the field, has seven.
 _DIGITS = 6
 
@@ -63,3 +67,39 @@ def take_matter(grating: Fields, text: str) -> None:
         grating.matter = bare.upper()
     else:
         grating.matter, grating.layers = LAYERS, bare
+
+
+class LitField(Protocol):
+    """The part of a grating that has the field."""
+
+    name: str
+    illuminant: str
+
+
+def keep_file(grating: LitField) -> None:
+    """Replace the path of a file by its spectrum, so that the .blend file holds it. A path that cannot be read stays,
+    and the bake reports it."""
+    try:
+        held = illuminant_text(grating)
+    except GratingError:
+        return
+    if ":" in held and held != grating.illuminant:
+        grating.illuminant = held
+
+
+def illuminant_text(grating: LitField) -> str:
+    """The illuminant's canonical text. Raises GratingError for a text that names none, and for a damaged file."""
+    from ...precompute.colour.illuminants import illuminant_of
+
+    try:
+        return illuminant_of(bpy.path.abspath(grating.illuminant or DAYLIGHT))
+    except GratingError as error:
+        raise error.within(f"{grating.name}: Lamp Spectrum") from error
+
+
+def known_names(typed: str) -> list[str]:
+    """The names and examples that contain a typed text."""
+    from ...precompute.colour.illuminants import LAMPS, named
+
+    every = (*LAMPS, "2700K", "D5500", "532nm", *named())
+    return [name for name in every if typed.lower() in name.lower()]

@@ -2,6 +2,7 @@
 """The panel's step Quality: how exact the bake is, its memory, and the material's switches."""
 
 from ..gratings.bake_quality import QUALITIES, quality_of
+from ..gratings.matter_fields import DAYLIGHT
 from ..gratings.wording import translated
 from ..operators.bake_grating import BakeGrating
 from ..operators.bake_needs import BakeNeeds
@@ -37,4 +38,5 @@ def draw_quality(layout, context, grating) -> None:
         settings.prop(grating, "delta_e")
         settings.prop(grating, "coherence_um", text="Coherence (um)" if grating.coherence_um else "Coherence (auto)")
         settings.prop(grating, "spread_deg")
+        settings.prop(grating, "illuminant", placeholder=DAYLIGHT)
         draw_facts(body, context, grating.bake_summary)

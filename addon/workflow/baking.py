@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import bpy
 
 from ...precompute.base.failure import GratingError
+from ...precompute.colour.working_space import lamp_line
 from ...precompute.surface.steps.pipeline import WARNING
 from ..blender import compat
 from ..gratings.cache_folder import bakes_folder
@@ -114,6 +115,7 @@ def record_bake(grating: Grating, facts: dict[str, Any], request: BakeRequest, *
         f"dE00 {facts['delta_e']['p99']:.2f} (99 %)",
         *large_lamps_line(facts["delta_e"]),
         f"coherence {facts['coherence_um']:.0f} um",
+        *filter(None, [lamp_line(compat.working_space(), request.illuminant)]),
         *shown_lines(facts.get("shown", {}), compat.working_space()),
         f"{facts['tiles']} look-ups",
         f"{facts['blender_bytes'] / 2**20:.0f} MiB",

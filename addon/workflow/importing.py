@@ -91,8 +91,8 @@ def keep_if_new(scene: bpy.types.Scene) -> str:
 def _settings(grating: Grating) -> tuple[Any, ...]:
     """All settings of a grating except its name."""
     scan = (bpy.path.abspath(grating.source), grating.channel, grating.size_um, grating.height_nm)
-    matter = (grating.matter, grating.layers, grating.plate_ior)
-    bake = (grating.levelling, grating.delta_e, grating.coherence_um, grating.spread_deg, *matter, grating.request)
+    optics = (grating.matter, grating.layers, grating.plate_ior, grating.illuminant)
+    bake = (grating.levelling, grating.delta_e, grating.coherence_um, grating.spread_deg, *optics, grating.request)
     variation = Variation() if grating.group is None else variation_of(grating.group)
     look = (tuple(grating.look.base_color), grating.look.base_roughness, grating.look.inputs, grating.look.hologram)
     shown = grating.lights, grating.shadows, grating.footprint, grating.every_lamp

@@ -22,6 +22,7 @@ import numpy as np
 
 from ..base.failure import GratingError, Setting
 from ..base.progress import Progress, silent
+from ..colour.illuminants import has_bands
 from ..colour.observer import WAVELENGTH_MIN_M, seen_wavelengths, spectral_weights, wavelengths
 from ..maths import chebyshev
 from ..measure.errors import Truth, measure
@@ -85,7 +86,8 @@ def plan(
     sigma_b = series.sigma_b
     # The kernel is narrowest at the shortest wavelength, so texels that are fine enough there are always fine enough.
     narrowest = sigma_b * WAVELENGTH_MIN_M / coherence.REFERENCE_WAVELENGTH_M
-    lambdas = seen_wavelengths(bake_wavelengths(narrowest, delta_e, needs.region.reach), request.illuminant)
+    lambdas = bake_wavelengths(narrowest, delta_e, needs.region.reach, illuminant=request.illuminant)
+    lambdas = seen_wavelengths(lambdas, request.illuminant)
     measured = probe((series,), sigma_b, lambdas, request=request)
     terms = measured.terms(delta_e)
     texels = min(measured.texels_per_sigma(delta_e), TEXELS_MAX)
@@ -119,8 +121,9 @@ def judge(reliefs: Sequence[Relief], chosen: Plan, illuminant: str, *, progress:
     reference = PatchReference(series.window)
     reach = max(float(np.abs(axis).max()) for axis in chosen.axes)
     # From one wavelength to the next an order moves by 1.25 standard deviations of the kernel: a sum of Gaussians at
-    # this spacing is flat to 7e-6.
-    step_m = 1.25 * chosen.sigma_b / reach * WAVELENGTH_MIN_M**2 / coherence.REFERENCE_WAVELENGTH_M
+    # this spacing is flat to 7e-6. Bands of an illuminant need a spacing of a fifth (self_check.py).
+    share = 0.2 if has_bands(illuminant) else 1.25
+    step_m = share * chosen.sigma_b / reach * WAVELENGTH_MIN_M**2 / coherence.REFERENCE_WAVELENGTH_M
     lambdas = seen_wavelengths(wavelengths(step_m), illuminant)
     weights = spectral_weights(lambdas, illuminant)
     found = []

@@ -13,7 +13,7 @@ from typing import Any
 from ..base.failure import GratingError
 from ..base.files import can_be_a_path
 from ..base.strict_json import number_in
-from ..colour.observer import ILLUMINANTS, LINES_NM, is_illuminant
+from ..colour.illuminants import canonical as canonical_illuminant
 from ..reflectance.matter import DIELECTRIC, Matter
 from ..reflectance.matter_text import parse
 from ..surface.generated.parameters import canonical
@@ -34,8 +34,6 @@ PATCH_UM = (0.0, 1e6)
 SPREAD_DEG = (0.1, 45.0)
 SIZE_UM = (1e-3, 1e6)
 HEIGHT_NM = (1e-3, 1e6)
-# The allowed illuminants, for messages.
-ILLUMINANTS_TOLD = f"one of {', '.join(ILLUMINANTS)}, or a laser's line from {LINES_NM[0]}nm to {LINES_NM[1]}nm"
 # The keys that a request has only if they are set, so that a bake from before them keeps its key in the cache.
 _LATER_KEYS = ("patch_um", "spread_deg")
 # More scans than anyone has made of one skin.
@@ -67,7 +65,7 @@ class BakeRequest:
     delta_e             the 99th percentile of CIEDE2000 that the bake must keep
     coherence_length_m  4 sigma_s in metres, where sigma_s is the standard deviation of the coherence window. None: the
                         longest length that the scans can average, or the thesis's under the patch model
-    illuminant          the light on the surface: white, or a laser's line, as 532nm
+    illuminant          the light on the surface, by its canonical text (precompute/colour/illuminants.py)
     matter              what the surface is made of
     needs               what the scene reaches
     model               the model of coherence, one of MODELS
@@ -181,9 +179,12 @@ def _place(source: str, value: Any) -> tuple[float, float]:
 
 
 def _illuminant(source: str, value: Any) -> str:
-    if not is_illuminant(value):
-        raise GratingError(source, f"illuminant: cannot be {value!r:.30}", f"give {ILLUMINANTS_TOLD}")
-    return value
+    if not isinstance(value, str):
+        raise GratingError(source, f"illuminant: cannot be {value!r:.30}", "give a text, such as D65")
+    try:
+        return canonical_illuminant(value)
+    except GratingError as error:
+        raise error.within(f"{source}: illuminant") from error
 
 
 def _matter(source: str, value: Any) -> Matter:

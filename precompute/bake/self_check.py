@@ -20,7 +20,8 @@ from dataclasses import replace
 import numpy as np
 
 from ..base.progress import Progress, part_of
-from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, line_of, seen_wavelengths, spectral_weights
+from ..colour.illuminants import has_bands, line_of
+from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, seen_wavelengths, spectral_weights
 from ..measure.errors import Errors, Truth, measure
 from ..measure.pairs import Pairs, draw_w
 from ..measure.truths import Binned, Spectrum, draw_pairs
@@ -42,17 +43,20 @@ _PAIRS_MIN, _PAIRS_MAX, _BINS_SUMMED = 150, 300, 150_000
 _BOUND_PAIRS = 50
 # The dE00 per relative error of luminance, at Y = 1: the derivative of L* = 116 Y^(1/3) - 16 is 116 / 3.
 _DELTA_E_PER_UNIT = 116 / 3
+# The wavelengths' spacing under an illuminant of narrow bands: its error is half of that in the bake's own spacing.
+_OF_BANDS = 0.2
 Judge = Callable[[Table], Errors]
 # Number of values of s at which each series is compared with an exact transform.
 _SERIES_PROBES = 2
 
 
-def wavelengths_for(sigma_b: float) -> np.ndarray:
+def wavelengths_for(sigma_b: float, illuminant: str = "D65") -> np.ndarray:
     """Wavelengths (n,) in metres, equally spaced in their logarithm.
 
     At |u| = 1 an order moves by sigma_b from one wavelength to the next. A sum of Gaussians at this spacing is flat to
-    5e-9; at the rim, |u| = 2, to 1.4 %."""
-    step = min(sigma_b, np.log(WAVELENGTH_MAX_M / WAVELENGTH_MIN_M) / 80)
+    5e-9; at the rim, |u| = 2, to 1.4 %. Under an illuminant of narrow bands it moves by _OF_BANDS of that, less than in
+    the bake itself (wavelengths.py)."""
+    step = min(sigma_b * (_OF_BANDS if has_bands(illuminant) else 1), np.log(WAVELENGTH_MAX_M / WAVELENGTH_MIN_M) / 80)
     return np.geomspace(
         WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, int(np.ceil(np.log(WAVELENGTH_MAX_M / WAVELENGTH_MIN_M) / step)) + 1
     )
@@ -170,7 +174,7 @@ def _truth(chosen: Plan, pairs: Pairs, w: float, illuminant: str, progress: Prog
     """The truth at the pairs: scattered XYZ and the zero order's XYZ, as sums over the bins of the scans' series, times
     the reflectance of a matter that the table holds."""
     ensemble, sigma_b = chosen.ensemble, chosen.sigma_b
-    lambdas = seen_wavelengths(wavelengths_for(sigma_b), illuminant)
+    lambdas = seen_wavelengths(wavelengths_for(sigma_b, illuminant), illuminant)
     reflectance = np.ones((len(lambdas), len(pairs.wi) + 1))
     if chosen.holds_reflectance:
         cosines = np.append(half_angle_cosine(pairs.wi, pairs.wr), w / 2)  # the zero order's is the last

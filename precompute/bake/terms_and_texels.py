@@ -14,7 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..colour.observer import line_of, spectral_weights, white_xyz
+from ..colour.illuminants import line_of
+from ..colour.observer import spectral_weights, white_xyz
 from ..maths import bspline, chebyshev
 from ..measure.errors import worst_exposure
 from ..reflectance.curves import reflectance_at

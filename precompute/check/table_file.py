@@ -11,7 +11,7 @@ import numpy as np
 from ..base.exr import Picture, open_picture
 from ..base.failure import GratingError
 from ..base.strict_json import parse_json
-from ..colour.observer import is_illuminant
+from ..colour.illuminants import is_illuminant
 from ..optics.region import Region
 from ..reflectance.matter import DIELECTRIC, MIRRORING, Matter
 from ..reflectance.matter_text import parse

@@ -17,7 +17,8 @@ import numpy as np
 
 from ..base.failure import GratingError, Setting
 from ..base.progress import Progress, part_of, silent
-from ..colour.observer import WAVELENGTH_MIN_M, line_of
+from ..colour.illuminants import has_bands, line_of
+from ..colour.observer import WAVELENGTH_MIN_M
 from ..measure.errors import RELATIVE_DY, Errors, Truth, measure
 from ..measure.pairs import Pairs, draw_w
 from ..measure.shown_colours import Shown, shown_against
@@ -39,6 +40,8 @@ _BOUND_STRIDE = 16
 _SEED = 1
 # Number of values of w at which the zero order is checked.
 _ZERO_ORDER_AT = 17
+# The least wavelength step in metres: a fifth of the width of a gas discharge lamp's lines.
+_FINEST_STEP_M = 0.2e-9
 # The relative rounding error of a half float.
 _HALF_STEP = 2.0**-11
 # Share of the light that the bake's expansion of the phasor may miss for a dE00 of 1. The zero order, which has all of
@@ -151,7 +154,7 @@ def check(
     table = read_table(bake)
     _refuse_another_surface(bake, table.record, height_maps)
     asked = float(table.record.get("asked_delta_e", 1.0)) if delta_e is None else delta_e
-    step_m = default_step(table.sigma_b) if step_m is None else step_m
+    step_m = default_step(table.sigma_b, table.illuminant) if step_m is None else step_m
     steps = steps_in(table.record, str(bake))
     plate_ior = table.matter.plate_ior
     reliefs = [prepare(height_map, steps, plate_ior=plate_ior).scaled(plate_ior) for height_map in height_maps]
@@ -210,11 +213,14 @@ def steps_in(record: dict[str, Any], source: str) -> tuple[Step, ...]:
     return steps_of(told, f"{source}: its header's levelling") if isinstance(told, list) else DEFAULT
 
 
-def default_step(sigma_b: float) -> float:
+def default_step(sigma_b: float, illuminant: str = "D65") -> float:
     """Wavelength step in metres for a kernel of sigma_b.
 
     With this step, an order at |u| = 1 moves by at most one sigma_b from one wavelength to the next. A sum of Gaussians
-    at this spacing is flat to 5e-9. The step is from 1 to 3 nm, so that it resolves the observer."""
+    at this spacing is flat to 5e-9. The step is from 1 to 3 nm, so that it resolves the observer. Under an illuminant
+    of narrow bands it is at most 1 nm, and the order moves by at most half a sigma_b."""
+    if has_bands(illuminant):
+        return float(np.clip(WAVELENGTH_MIN_M * sigma_b / 2, _FINEST_STEP_M, 1e-9))
     return float(np.clip(WAVELENGTH_MIN_M * sigma_b, 1e-9, 3e-9))
 
 

@@ -6,9 +6,9 @@ import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 
-from ..bake.request import COHERENCE_UM, DELTA_E, HEIGHT_NM, ILLUMINANTS_TOLD, MODELS, PATCH_UM, SIZE_UM, SPREAD_DEG
+from ..bake.request import COHERENCE_UM, DELTA_E, HEIGHT_NM, MODELS, PATCH_UM, SIZE_UM, SPREAD_DEG
 from ..base.failure import GratingError
-from ..colour.observer import is_illuminant
+from ..colour.illuminants import LAMPS, illuminant_of
 from ..reflectance.matter import Matter
 from ..reflectance.matter_text import parse
 from ..reflectance.metals import METALS
@@ -81,8 +81,10 @@ def add_bake_options(parser: argparse.ArgumentParser) -> None:
         help="bake only what a scene reaches; inside Blender the verb `needs` writes such a file",
     )  # fmt: skip
     parser.add_argument(
-        "--illuminant", type=illuminant_argument,
-        help="what counts as white, D65 or E; or a laser's line, as 532nm; default D65",
+        "--illuminant", type=illuminant_argument, metavar="LIGHT",
+        help="the light on the surface, whose own spectrum makes the colours: an illuminant of the CIE (D65, E, A, C, "
+        "D50, FL1 to FL12, HP1 to HP5, LED-B1, ...), a black body as 2700K, daylight as D5500, a laser's line as "
+        f"532nm, a lamp ({', '.join(LAMPS)}), or a file of wavelengths in nm and powers; default D65",
     )  # fmt: skip
     parser.add_argument(
         "--matter", type=matter_argument, metavar="MATTER",
@@ -149,10 +151,9 @@ def sample_names() -> tuple[str, ...]:
 
 
 def illuminant_argument(text: str) -> str:
-    """Parse an illuminant."""
-    if not is_illuminant(text):
-        raise argparse.ArgumentTypeError(f"{text:.40}: give {ILLUMINANTS_TOLD}")
-    return text
+    """Parse an illuminant, or read its file."""
+    with _as_argument():
+        return illuminant_of(text)
 
 
 def coherence_argument(text: str) -> float | None:

@@ -14,6 +14,7 @@ from ..bake.request import BakeRequest, Scan, request_from
 from ..base.failure import GratingError
 from ..base.progress import span_of
 from ..base.strict_json import read_json
+from ..colour.working_space import RGB_SPACES, lamp_line
 from ..measure.shown_colours import told
 from ..presets.presets import preset_names, read_preset
 from ..table import atlas_file
@@ -76,7 +77,8 @@ def run(arguments: argparse.Namespace) -> None:
             cache.key_of(height_maps, request), arguments.output, make,
             believed=lambda facts: are_facts(facts, height_maps), progress=progress,
         )  # fmt: skip
-    emit(facts, arguments.json, lambda: bake_summary(facts))
+    lamps = [lamp_line(space, request.illuminant) for space in RGB_SPACES]
+    emit(facts, arguments.json, lambda: (*bake_summary(facts), *filter(None, lamps)))
 
 
 def request_of(arguments: argparse.Namespace) -> BakeRequest:

@@ -3,7 +3,8 @@
 
 import numpy as np
 
-from .observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, line_of, mirror_xyz, observer
+from .illuminants import line_of
+from .observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, mirror_xyz, observer
 
 _STEPS = 4001
 

@@ -4,40 +4,33 @@
 A flat mirror has the colour of the illuminant's white, scaled to Y = 1. cie_1931_d65_1nm.csv holds the tables of the
 observer and of D65, and names their sources in its header.
 
-An illuminant may also be a laser's line, named by its wavelength: "532nm". Nobody sees a line's colour as white, so
-white is then D65's, and a flat mirror has the line's own colour, scaled to Y = 1.
+Nobody sees a laser's line as white, nor a lamp as coloured as a green LED. White is then D65's, and a flat mirror has
+the light's own colour, scaled to Y = 1. illuminants.py names the illuminants.
 """
 
-import re
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 
+from .illuminants import ILLUMINANTS, line_of, spectrum
+
 WAVELENGTH_MIN_M = 380e-9
 WAVELENGTH_MAX_M = 780e-9
 # The greatest s = w / lambda: light and view along the normal, at the shortest wavelength.
 S_MAX = 2 / WAVELENGTH_MIN_M
-# The illuminants with a continuous spectrum, and the least and greatest wavelength of a laser's line in nanometres.
-ILLUMINANTS = ("D65", "E")
-LINES_NM = (400, 700)
+# Linear Rec.709 from XYZ (IEC 61966-2-1), and its least component of a light with Y = 1 that may be white. A candle has
+# -0.01, a black body of 1000 K -0.09, an amber LED -0.12.
+_REC_709 = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
+_LEAST_OF_WHITE = -0.1
+# The places in (0, 1), and the weights, of Gauss's rule of three points.
+_GAUSS = np.array([0.5 - 0.15**0.5, 0.5, 0.5 + 0.15**0.5]), np.array([5, 8, 5]) / 18
 
 
 @cache
 def _cie_table() -> np.ndarray:
     """Load the table (401, 5): wavelength in nanometres, the observer's x, y and z, and D65's power."""
     return np.loadtxt(Path(__file__).with_name("cie_1931_d65_1nm.csv"), delimiter=",")
-
-
-def is_illuminant(name: object) -> bool:
-    """Whether a name is one of ILLUMINANTS or of a laser's line."""
-    return isinstance(name, str) and (name in ILLUMINANTS or line_of(name) is not None)
-
-
-def line_of(illuminant: str) -> float | None:
-    """The wavelength in metres of a laser's line in whole nanometres, such as "532nm"; None for other illuminants."""
-    found = re.fullmatch("([0-9]{3})nm", illuminant)
-    return int(found[1]) * 1e-9 if found and LINES_NM[0] <= int(found[1]) <= LINES_NM[1] else None
 
 
 def seen_wavelengths(wavelengths_m: np.ndarray, illuminant: str) -> np.ndarray:
@@ -47,48 +40,105 @@ def seen_wavelengths(wavelengths_m: np.ndarray, illuminant: str) -> np.ndarray:
 
 
 def observer(wavelengths_m: np.ndarray, illuminant: str = "D65") -> np.ndarray:
-    """Colour matching functions times the power (n, 3) of one of ILLUMINANTS, at wavelengths (n,) in metres.
+    """Colour matching functions times the power (n, 3) of an illuminant other than a line, at wavelengths (n,) in
+    metres.
 
     Zero outside 380 to 780 nm, and scaled so that the Y column integrates to 1 over wavelength in metres."""
     table = _cie_table()
+    nm = np.asarray(wavelengths_m) * 1e9
+    if illuminant not in ILLUMINANTS:
+        return _products(nm, illuminant) / _luminance(illuminant) * 1e9
     power = table[:, 4] if illuminant == "D65" else np.ones(len(table))
     weighted = table[:, 1:4] * power[:, None]
     weighted = weighted / (_trapezoid_weights(table[:, 0] * 1e-9) @ weighted[:, 1])
-    nm = np.asarray(wavelengths_m) * 1e9
     return np.stack([np.interp(nm, table[:, 0], w, left=0, right=0) for w in weighted.T], axis=-1)
 
 
 def spectral_weights(wavelengths_m: np.ndarray, illuminant: str = "D65") -> np.ndarray:
-    """Weights (n, 3) whose products with a spectrum, summed over n, are its XYZ by the trapezoid rule.
+    """Weights (n, 3) whose products with a spectrum, summed over n, are its XYZ.
 
-    The spectrum is sampled at ascending wavelengths (n,) in metres. Each channel is scaled so that a constant spectrum
-    of 1 gives a mirror's colour exactly, at any step. Raises ValueError if the wavelengths under a laser's line are
-    other than the line's own (seen_wavelengths)."""
+    The spectrum is sampled at ascending wavelengths (n,) in metres, in steps that change slowly. Under D65 and E the
+    weights are those of the trapezoid rule, and each channel is scaled so that a constant spectrum of 1 gives a
+    mirror's colour exactly, at any step. Under other illuminants, which may have lines between two wavelengths, they
+    are the integral of the illuminant times the spectrum's cubic interpolation. Raises ValueError if the wavelengths
+    under a laser's line are other than the line's own (seen_wavelengths)."""
     line = line_of(illuminant)
     if line is not None:
         if list(wavelengths_m) != [line]:
             raise ValueError(f"{len(wavelengths_m)} wavelengths under {illuminant}: give seen_wavelengths of them")
         return mirror_xyz(illuminant)[None]
+    if illuminant not in ILLUMINANTS:
+        return _integrated(np.asarray(wavelengths_m) * 1e9, illuminant)
     weights = observer(wavelengths_m, illuminant) * _trapezoid_weights(wavelengths_m)[:, None]
     return weights * (white_xyz(illuminant) / weights.sum(axis=0))
 
 
+def _products(nm: np.ndarray, illuminant: str) -> np.ndarray:
+    """Colour matching functions times an illuminant's power (n, 3), each linear between its table's wavelengths."""
+    table = _cie_table()
+    power = np.interp(nm, *spectrum(illuminant), left=0, right=0)
+    matching = np.stack([np.interp(nm, table[:, 0], each, left=0, right=0) for each in table[:, 1:4].T], axis=-1)
+    return matching * power[:, None]
+
+
+def _pieces(illuminant: str, further_nm: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Wavelengths (n,) in nanometres, and _products there times their weights (n, 3) in an integral from 380 to 780 nm.
+
+    The rule is exact for a product with a polynomial of degree 3 between any two wavelengths of the observer's table,
+    of the illuminant's and of `further_nm`."""
+    table = _cie_table()[:, 0]
+    edges = np.unique(np.concatenate([table, spectrum(illuminant)[0], further_nm]))
+    edges = edges[(edges >= table[0]) & (edges <= table[-1])]
+    steps = np.diff(edges)[:, None]
+    nm = (edges[:-1, None] + steps * _GAUSS[0]).ravel()
+    return nm, _products(nm, illuminant) * (steps * _GAUSS[1]).reshape(-1, 1)
+
+
+def _integrated(wavelengths_nm: np.ndarray, illuminant: str) -> np.ndarray:
+    """Weights (n, 3) of a spectrum's values at wavelengths (n,): integrals of the values' cubic convolution (Keys 1981)
+    under an illuminant."""
+    nm, products = _pieces(illuminant, wavelengths_nm)
+    count = len(wavelengths_nm)
+    place = np.interp(nm, wavelengths_nm, np.arange(count))
+    below = np.minimum(place.astype(int), max(count - 2, 0))
+    t = place - below
+    shares = ((t * (2 - t) - 1) * t, (3 * t - 5) * t**2 + 2, ((4 - 3 * t) * t + 1) * t, (t - 1) * t**2)
+    weights = np.zeros((count, 3))
+    for k, share in enumerate(shares):
+        np.add.at(weights, np.clip(below + k - 1, 0, count - 1), 0.5 * share[:, None] * products)
+    return weights / _luminance(illuminant)
+
+
 @cache
-def _white(illuminant: str) -> tuple[float, ...]:
-    nm = _cie_table()[:, 0] * 1e-9
-    return tuple(_trapezoid_weights(nm) @ observer(nm, illuminant))
+def _luminance(illuminant: str) -> float:
+    """The integral of the observer's y times an illuminant's power over nanometres."""
+    return float(_pieces(illuminant, np.empty(0))[1][:, 1].sum())
+
+
+@cache
+def _mirror(illuminant: str) -> tuple[float, ...]:
+    if illuminant in ILLUMINANTS:
+        nm = _cie_table()[:, 0] * 1e-9
+        return tuple(_trapezoid_weights(nm) @ observer(nm, illuminant))
+    return tuple(_pieces(illuminant, np.empty(0))[1].sum(axis=0) / _luminance(illuminant))
+
+
+def is_white(illuminant: str) -> bool:
+    """Whether an illuminant may count as white: a lamp that is no laser's line, and not as coloured as an LED of one
+    colour."""
+    return line_of(illuminant) is None and (_REC_709 @ _mirror(illuminant)).min() > _LEAST_OF_WHITE
 
 
 def white_xyz(illuminant: str = "D65") -> np.ndarray:
-    """The XYZ (3,) of white, scaled to Y = 1: the illuminant's, or D65's under a laser's line."""
-    return np.array(_white("D65" if line_of(illuminant) else illuminant))
+    """The XYZ (3,) of white, scaled to Y = 1: the illuminant's if it is_white, or else D65's."""
+    return np.array(_mirror(illuminant if is_white(illuminant) else "D65"))
 
 
 def mirror_xyz(illuminant: str = "D65") -> np.ndarray:
     """The XYZ (3,) of the illuminant as a perfect mirror shows it, scaled to Y = 1."""
     line = line_of(illuminant)
     if line is None:
-        return white_xyz(illuminant)
+        return np.array(_mirror(illuminant))
     (xyz,) = observer(np.array([line]), "E")
     return xyz / xyz[1]
 

@@ -3,7 +3,8 @@
 
 import numpy as np
 
-from .observer import white_xyz
+from .illuminants import ILLUMINANTS
+from .observer import is_white, white_xyz
 
 # The xy chromaticities of each space's primaries and white, from ITU-R BT.709, BT.2020 and SMPTE ST 2065 (AP1).
 _D65_XY = (0.3127, 0.3290)
@@ -13,6 +14,8 @@ RGB_SPACES = {
     "Rec.2020": (((0.708, 0.292), (0.170, 0.797), (0.131, 0.046)), _D65_XY),
     "ACEScg": (((0.713, 0.293), (0.165, 0.830), (0.128, 0.044)), _ACES_XY),
 }
+# The least component of a lamp's colour, by which colours are divided.
+_LEAST = 0.02
 _BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]])
 
 
@@ -24,12 +27,48 @@ def _xyz_of_xy(xy: tuple[float, float]) -> np.ndarray:
 def rgb_from_xyz(space: str = "Rec.709", illuminant: str = "D65") -> np.ndarray:
     """The matrix (3, 3) from XYZ under an illuminant to linear RGB of a space in RGB_SPACES.
 
-    A perfect mirror becomes (1, 1, 1): the Bradford transform (Lindbloom) adapts the white of the illuminant."""
+    A perfect mirror becomes (1, 1, 1), except under light that nobody sees as white (observer.is_white). E is adapted
+    by the Bradford transform (Lindbloom). Under another lamp each component is divided by the lamp's own (lamp_rgb).
+    So a scene's lamp of that colour shows the colours that the lamp has beside daylight, where an adaptation would
+    shift them by a dE00 of 5 under 2700 K."""
+    if illuminant in ILLUMINANTS or not is_white(illuminant):
+        return adapted_matrix(space, white_xyz(illuminant))
+    kept = _kept(space, illuminant)
+    in_space = kept * adapted_matrix(space, white_xyz())
+    in_space[:, 1] += 1 - kept
+    return in_space / lamp_rgb(space, illuminant)[:, None]
+
+
+def lamp_rgb(space: str, illuminant: str) -> np.ndarray:
+    """The linear RGB (3,), with a luminance of 1, of a scene's lamp for an illuminant that is_white.
+
+    A lamp beside the space's edge, such as a candle in Rec.709, is moved towards the grey of its luminance until its
+    least component is _LEAST."""
+    rgb = adapted_matrix(space, white_xyz()) @ white_xyz(illuminant)
+    return 1 + _kept(space, illuminant) * (rgb - 1)
+
+
+def lamp_line(space: str, illuminant: str) -> str:
+    """A line with the colour of a scene's lamp for an illuminant; "" if the lamp is white."""
+    if illuminant in ILLUMINANTS or not is_white(illuminant):
+        return ""
+    return f"lamp colour {', '.join(f'{each:.3f}' for each in lamp_rgb(space, illuminant))} ({space})"
+
+
+def _kept(space: str, illuminant: str) -> float:
+    """The share of its colour that a lamp keeps in a space."""
+    least = (adapted_matrix(space, white_xyz()) @ white_xyz(illuminant)).min()
+    return min(1.0, (1 - _LEAST) / (1 - least)) if least < 1 else 1.0
+
+
+def adapted_matrix(space: str, white: np.ndarray) -> np.ndarray:
+    """The matrix (3, 3) from XYZ to linear RGB of a space by which a white (3,) becomes (1, 1, 1), by Bradford's
+    transform."""
     primaries_xy, white_xy = RGB_SPACES[space]
     space_white = _xyz_of_xy(white_xy)
     primaries = np.stack([_xyz_of_xy(xy) for xy in primaries_xy], axis=1)
     to_xyz = primaries * np.linalg.solve(primaries, space_white)
-    cones = (_BRADFORD @ space_white) / (_BRADFORD @ white_xyz(illuminant))
+    cones = (_BRADFORD @ space_white) / (_BRADFORD @ white)
     adapt = np.linalg.solve(_BRADFORD, cones[:, None] * _BRADFORD)
     return np.linalg.solve(to_xyz, adapt)
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..base.exr import Picture, open_picture
-from ..colour.observer import ILLUMINANTS
+from ..colour.illuminants import ILLUMINANTS
 from ..table import atlas_file
 
 # The most terms of the verb `dft`, and the most texels that a shader reads along an axis.

@@ -24,7 +24,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..colour.observer import is_illuminant
+from ..colour.illuminants import is_illuminant
 from ..optics.plate import NO_PLATE, PLATE_IOR_MAX
 from ..optics.region import FARTHEST, Region
 from .albedo_bound import BOUND_TEXELS_MIN

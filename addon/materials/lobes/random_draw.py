@@ -107,7 +107,9 @@ def wavelengths_image(illuminant: str, reference_m: float) -> bpy.types.Image:
     for image in bpy.data.images:
         if stored.text(image, _ILLUMINANT) == held and image.library is None and not fault_of(image):
             return image
-    image = bpy.data.images.new(f"Wavelengths {illuminant}", _WAVELENGTHS, _NORMALS, float_buffer=True, is_data=True)
+    image = bpy.data.images.new(
+        f"Wavelengths {illuminant:.40}", _WAVELENGTHS, _NORMALS, float_buffer=True, is_data=True
+    )
     pixels = np.ones((_NORMALS, _WAVELENGTHS, 4), np.float32)
     pixels[..., 0] = wavelength_quantiles(_WAVELENGTHS, illuminant) / reference_m
     pixels[..., 1:3] = _even_normals(_WAVELENGTHS * _NORMALS).reshape(_WAVELENGTHS, _NORMALS, 2).swapaxes(0, 1)

@@ -67,5 +67,5 @@ def test_the_error_is_kept_and_checked(tmp_path, capsys):
 def test_other_lights_are_refused():
     assert request_from({"illuminant": "633nm"}, "a").illuminant == "633nm"
     for bad in ("390nm", "710nm", "532.5nm", "green", 532):
-        with pytest.raises(GratingError, match="a: illuminant: cannot be .*; give one of D65, E, or a laser's line"):
+        with pytest.raises(GratingError, match="a: illuminant: .*; (give|did you mean) "):
             request_from({"illuminant": bad}, "a")

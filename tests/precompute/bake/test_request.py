@@ -39,7 +39,7 @@ def test_a_request_comes_back():
     ({"delta_e": 0}, "delta_e: give"), ({"delta_e": 1e-308}, "delta_e: give"), ({"delta_e": 101}, "delta_e: give"),
     ({"delta_e": None}, "delta_e: give"), ({"delta_e": [1]}, "delta_e: give"), ({"coherence_um": 1e5}, "coherence"),
     ({"coherence_um": 1e-9}, "coherence_um: give a number from 0.1"), ({"coherence_um": False}, "coherence"),
-    ({"illuminant": ["D65"]}, "illuminant: give one of"), ({"illuminant": {}}, "illuminant: give one of"),
+    ({"illuminant": ["D65"]}, "illuminant: give a text"), ({"illuminant": {}}, "illuminant: give a text"),
     ({"model": None}, "model: give one of"), ({"patch_um": 5}, "patch_um: give a list of two"),
     ({"patch_um": [1, 2, 3]}, "patch_um: give a list"), ({"patch_um": ["1", 2]}, "patch_um: give a number from 0 to"),
     ({"spread_deg": 0}, "spread_deg: give a number from 0.1 to 45"),

@@ -10,6 +10,7 @@ import pytest
 from PIL import Image
 
 from precompute.bake import ensemble
+from precompute.cli import parser
 from precompute.measure.errors import Errors, measure
 from precompute.measure.truths import truths
 from precompute.surface.readers.reader_registry import read_height_map
@@ -144,3 +145,14 @@ def test_several_scans_and_a_region(run, scan, tmp_path):
     needs.write_text("{}")
     status, _, err = run("bake", scan, *options, "-o", tmp_path / "bakes")
     assert status == 1 and "needs.json" in err.splitlines()[-1]
+
+
+def test_the_colour_of_the_scene_s_lamp_is_printed(tmp_path, capsys):
+    """Blender's own colour of 2700 K in Rec.709. Under daylight and a laser the lamp is white."""
+    told = {}
+    for light in ("tungsten", "D65", "532nm"):
+        line = ["bake", "sample:blazed", "--delta-e", "5", *SHORT, "--illuminant", light, "-o", str(tmp_path / light)]
+        assert parser.main([*line, "--progress", "none"]) == 0
+        told[light] = capsys.readouterr().out
+    assert "lamp colour 1.935, 0.804, 0.192 (Rec.709)" in told["tungsten"]
+    assert "lamp colour" not in told["D65"] + told["532nm"]

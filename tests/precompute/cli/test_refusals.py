@@ -76,7 +76,7 @@ def test_what_is_no_file(refused, tmp_path, verb):
     [], ["grate", "sample:flat"], ["info"], ["info", "sample:flat", "--surplus"], ["info", "sample:flat", "--json"],
     ["info", "sample:flat", "--size-um", "wide"], ["bake", "sample:flat"], ["map", "sample:flat"],
     ["bake", "sample:flat", "-o", "out", "--delta-e", "small"],
-    ["bake", "sample:flat", "-o", "out", "--illuminant", "candle"],
+    ["bake", "sample:flat", "-o", "out", "--illuminant", "moon"],
     *[["bake", "sample:flat", "-o", "out", "--coherence-um", bad] for bad in ("0", "-3", "nan", "inf", "1e9", "long")],
     ["map", "sample:flat", "-o", "out.png", "--method", "guess"],
     ["map", "sample:flat", "-o", "out.png", "--theta-i", "steep"],

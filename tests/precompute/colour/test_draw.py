@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from precompute.colour.drawn_wavelengths import drawn_weight, wavelength_quantiles
-from precompute.colour.observer import ILLUMINANTS, observer, white_xyz
+from precompute.colour.illuminants import ILLUMINANTS
+from precompute.colour.observer import observer, white_xyz
 from tests.precompute.chi_square import LIMIT, unlikeliness
 
 EACH = pytest.mark.parametrize("illuminant", ILLUMINANTS)

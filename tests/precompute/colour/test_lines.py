@@ -5,15 +5,8 @@ import numpy as np
 import pytest
 
 from precompute.colour.drawn_wavelengths import drawn_weight, wavelength_quantiles
-from precompute.colour.observer import (
-    ILLUMINANTS,
-    is_illuminant,
-    line_of,
-    mirror_xyz,
-    seen_wavelengths,
-    spectral_weights,
-    white_xyz,
-)
+from precompute.colour.illuminants import ILLUMINANTS, is_illuminant, line_of
+from precompute.colour.observer import mirror_xyz, seen_wavelengths, spectral_weights, white_xyz
 from precompute.colour.working_space import RGB_SPACES, rgb_from_xyz
 
 

@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The light on a surface, each named by its canonical text:
+
+    D65, E           the two that a bake could have first; D65 is the default
+    A, C, D50, FL11, LED-B1, HP1, ...      illuminants of the CIE (CIE 15:2018)
+    2700K            a black body
+    D5500            daylight of a colour temperature, by the CIE's formula
+    532nm            a laser's line
+    380:0.2 385:1    the spectrum of a file: wavelengths in nanometres, and powers of which the greatest is 1
+
+cie_illuminants_5nm.csv holds the tables. `canonical` also takes the names of LAMPS, and capital or small letters.
+"""
+
+import difflib
+import re
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from ..base.failure import GratingError
+from .spectrum_text import is_spectrum_text, points_of, read_spectrum
+
+# The illuminants of the first bakes, whose weights stay as they were (observer.spectral_weights).
+ILLUMINANTS = ("D65", "E")
+# The limits of a laser's line in nanometres, and of a black body and of daylight in kelvins.
+LINES_NM = (400, 700)
+BLACK_BODY_K = (1000, 25000)
+DAYLIGHT_K = (4000, 25000)
+_DAYLIGHTS = {"D50": 5000, "D55": 5500, "D75": 7500}
+# Lamps by their common names: the illuminant, and what it is.
+LAMPS = {
+    "sun": ("D55", "sunlight with skylight (CIE 15)"),
+    "overcast": ("D65", "average daylight (CIE 15)"),
+    "candle": ("1850K", "black body of a candle's colour temperature"),
+    "tungsten": ("2700K", "black body of a household bulb's colour temperature"),
+    "halogen": ("3000K", "black body of a halogen lamp's colour temperature"),
+    "flash": ("D5500", "daylight of 5500 K, to which photographers' flashes are balanced"),
+    "warm-led": ("LED-B1", "blue LED with phosphor, 2733 K (CIE 15:2018)"),
+    "cool-led": ("LED-B5", "blue LED with phosphor, 6598 K (CIE 15:2018)"),
+    "tube": ("FL11", "fluorescent lamp with three narrow bands, 4000 K (CIE 15)"),
+    "sodium": ("HP1", "standard high pressure sodium lamp, 1959 K (CIE 15)"),
+    "red-laser": ("650nm", "laser diode of a pointer or of a DVD drive"),
+    "green-laser": ("532nm", "frequency-doubled Nd:YAG laser of a pointer"),
+    "blue-laser": ("450nm", "gallium nitride laser diode of a projector"),
+}
+# Second radiation constant in nm K (SI, exact to its digits), and that of the CIE's formula of A.
+_C2, _C2_OF_A, _A_K = 1.438776877e7, 1.435e7, 2848
+# A temperature of the scale on which the CIE named D50, D55 and D75, on today's.
+_TODAY = 1.4388 / 1.4380
+# Illuminants with a number in their names: the pattern, in small letters, the canonical text and the limits.
+_BY_NUMBER = (
+    ("([0-9]+)nm", "{}nm", LINES_NM),
+    ("([0-9]+)k", "{}K", BLACK_BODY_K),
+    ("d([0-9]{4,})", "D{}", DAYLIGHT_K),
+)
+_EXAMPLES = "2700K, D5500, LED-B1, FL11, 589nm, or a file of wavelengths in nm and powers"
+
+
+@cache
+def _table() -> dict[str, np.ndarray]:
+    """The columns (81,) of cie_illuminants_5nm.csv by name; "nm" has the wavelengths."""
+    path = Path(__file__).with_name("cie_illuminants_5nm.csv")
+    names = path.read_text(encoding="ascii").splitlines()[2].split(",")[1:]
+    return dict(zip(["nm", *names], np.loadtxt(path, delimiter=",").T, strict=True))
+
+
+def named() -> tuple[str, ...]:
+    """The names of the CIE's illuminants."""
+    return (*ILLUMINANTS, "A", *_DAYLIGHTS, *(name for name in _table() if name not in ("nm", "S0", "S1", "S2")))
+
+
+def canonical(text: str) -> str:
+    """The canonical text of an illuminant or of one of LAMPS.
+
+    Raises GratingError for a text that names none."""
+    if is_spectrum_text(text):
+        return text
+    plain = text.strip().lower()
+    if plain in LAMPS:
+        return LAMPS[plain][0]
+    for pattern, written, limits in _BY_NUMBER:
+        if found := re.fullmatch(pattern, plain):
+            if len(found[1]) > 5 or not limits[0] <= int(found[1]) <= limits[1]:
+                low, high = (written.format(limit) for limit in limits)
+                raise GratingError(f"{text:.40}", "is out of range", f"give {low} to {high}")
+            return written.format(int(found[1]))
+    known = {name.lower(): name for name in named()}
+    if plain in known:
+        return known[plain]
+    close = difflib.get_close_matches(plain[:40], [*known, *LAMPS], n=3)
+    remedy = f"did you mean {' or '.join(known.get(name, name) for name in close)}?" if close else f"give {_EXAMPLES}"
+    raise GratingError(f"{text:.40}", "is no known illuminant", remedy)
+
+
+def illuminant_of(text: str) -> str:
+    """The canonical text of an illuminant, of one of LAMPS, or of a file: a text with a dot or a folder in it.
+
+    Raises GratingError for a text that names none, and as read_spectrum does."""
+    return read_spectrum(Path(text)) if re.search(r"[./\\]", text) and not is_spectrum_text(text) else canonical(text)
+
+
+def is_illuminant(value: object) -> bool:
+    """Whether a value, for example of a header, is an illuminant's canonical text."""
+    if not isinstance(value, str):
+        return False
+    try:
+        return canonical(value) == value
+    except GratingError:
+        return False
+
+
+def line_of(illuminant: str) -> float | None:
+    """The wavelength in metres of a laser's line in whole nanometres, such as "532nm"; None for other illuminants."""
+    found = re.fullmatch("([0-9]{3})nm", illuminant)
+    return int(found[1]) * 1e-9 if found and LINES_NM[0] <= int(found[1]) <= LINES_NM[1] else None
+
+
+def has_bands(illuminant: str) -> bool:
+    """Whether an illuminant may have narrow bands, unlike daylight, black bodies and a single line."""
+    return illuminant not in (*ILLUMINANTS, "A", "C") and not re.fullmatch("D[0-9]+|[0-9]+K|[0-9]+nm", illuminant)
+
+
+@cache
+def spectrum(illuminant: str) -> tuple[np.ndarray, np.ndarray]:
+    """Wavelengths (n,) in nanometres, and powers (n,) of any scale; between them the power is linear.
+
+    Not of ILLUMINANTS (observer.py), nor of a laser's line, which has no width."""
+    if ":" in illuminant:
+        return points_of(illuminant)
+    nm = np.arange(380.0, 781.0)
+    if illuminant == "A":
+        return nm, _planck(nm, _A_K, _C2_OF_A)
+    if illuminant.endswith("K"):
+        return nm, _planck(nm, int(illuminant[:-1]), _C2)
+    if illuminant in _DAYLIGHTS:
+        return _table()["nm"], _daylight(_DAYLIGHTS[illuminant] * _TODAY)
+    if re.fullmatch("D[0-9]{4,}", illuminant):
+        return _table()["nm"], _daylight(int(illuminant[1:]))
+    return _table()["nm"], _table()[illuminant]
+
+
+def _planck(nm: np.ndarray, kelvins: float, c2: float) -> np.ndarray:
+    """The spectral radiance (n,) of a black body by Planck's law, 1 at 560 nm."""
+    return (560 / nm) ** 5 * np.expm1(c2 / (560 * kelvins)) / np.expm1(c2 / (nm * kelvins))
+
+
+def _daylight(kelvins: float) -> np.ndarray:
+    """The power (81,) of daylight (CIE 15:2018, 4.1.2), with M1 and M2 rounded to three decimals as the CIE does."""
+    t = 1e3 / kelvins
+    if kelvins <= 7000:
+        x = 0.244063 + 0.09911 * t + 2.9678 * t**2 - 4.6070 * t**3
+    else:
+        x = 0.237040 + 0.24748 * t + 1.9018 * t**2 - 2.0064 * t**3
+    y = -3 * x**2 + 2.870 * x - 0.275
+    m = 0.0241 + 0.2562 * x - 0.7341 * y
+    first = round((-1.3515 - 1.7703 * x + 5.9114 * y) / m, 3)
+    second = round((0.0300 - 31.4424 * x + 30.0717 * y) / m, 3)
+    table = _table()
+    return table["S0"] + first * table["S1"] + second * table["S2"]
