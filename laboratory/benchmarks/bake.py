@@ -41,7 +41,7 @@ BAKE = {
     "read": ("bake.bake_folder.level", "bake.bake_folder.relief_of", "bake.request.read_height_map"),
     "transforms": ("bake.ensemble.fast_series",),
     "terms and texels": ("bake.ensemble.probe",),
-    "resampling": ("bake.tiles.xyz_over_w2",),
+    "resampling": ("bake.tiles.channels_over_w2",),
     "albedo": ("bake.tiles.excess_table",),
     "sample set": ("bake.ensemble.make_sample_set",),
     "basis": ("bake.make.comparison", "bake.make.with_learnt_basis"),

@@ -79,7 +79,8 @@ def sky_share(table: Table) -> np.ndarray:
 def _cell(table: Table, coarser: float) -> Cell:
     """The cell with the closest levels that memory allows, if need be with coarser texels on the wider ones."""
     side = math.ceil(4 / table.texel - 1e-9) + 1
-    choose = partial(cell_for, len(table.terms), table.inner, table.sigma_b, whole=(side, side))
+    cells = len(table.terms) * (table.terms.shape[-1] // 3)
+    choose = partial(cell_for, cells, table.inner, table.sigma_b, whole=(side, side))
     even = choose()
     return even if even.spacing == SPACINGS[0] else choose(coarser=coarser)
 

@@ -28,7 +28,7 @@ class CoherenceModel(Protocol):
         ...
 
     def judge(self, reliefs: Sequence[Relief], chosen: Plan, illuminant: str, *, progress: Progress) -> Judge:
-        """Return a function that measures a plan's table in both forms, against the reliefs' exact spectra."""
+        """What a plan's table is judged by: the reliefs' exact spectra."""
         ...
 
     def sample_set(self, chosen: Plan) -> SampleSet | None:

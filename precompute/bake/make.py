@@ -9,12 +9,14 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from ..base.exr import TEXELS_MAX
 from ..base.failure import GratingError, Setting
 from ..base.progress import Progress, forwards, silent, span_of
+from ..colour.channels import channel_count
 from ..measure.errors import RELATIVE_DY, Errors
 from ..surface.relief import Relief
 from ..table import atlas
@@ -57,6 +59,7 @@ class Made:
     sample_set     the sample set beside it; None under the patch model
     image, layout  the atlas: the table packed into one picture
     errors         the measured errors of `table` under its own kernel, which the request limits
+    lamps          the measured errors of its colours under lamps of other spectra, by lamp
     wide           the measured errors under wider kernels, of large lamps and rough surfaces: a level's or between two
     wavelengths    the number of wavelengths
     transforms     the number of Fourier transforms of the relief
@@ -68,6 +71,7 @@ class Made:
     image: np.ndarray
     layout: atlas.Layout
     errors: Errors
+    lamps: dict[str, Errors]
     wide: tuple[Wide, ...]
     wavelengths: int
     transforms: int
@@ -80,16 +84,19 @@ class Made:
         return BYTES_PER_TEXEL * self.layout.width * self.layout.height
 
     @property
-    def delta_e(self) -> dict[str, float | None]:
+    def delta_e(self) -> dict[str, Any]:
         """The errors for JSON: those of `errors`; the worst under a wider kernel, with its place between the levels;
-        and the claim, the dE00 that the 99th percentile keeps under every kernel."""
+        the claim, the dE00 that the 99th percentile keeps under every kernel; and the mean and the 95th percentile
+        under each lamp."""
         wide = {}
         if self.wide:
             worst = max(self.wide, key=lambda each: each.errors.p99_most)
             errors = worst.errors.as_dict()
             wide = {"wide_p99": errors["p99"], "wide_p99_most": errors["p99_most"], "wide_level": worst.level}
         claim = max([self.errors.claim, *(each.errors.p99_most for each in self.wide)])
-        return {**self.errors.as_dict(), **wide, "claim": claim if math.isfinite(claim) else None}
+        lamps = {lamp: [round(each.mean, 2), round(each.p95, 2)] for lamp, each in self.lamps.items()}
+        told = {**wide, "claim": claim if math.isfinite(claim) else None, **({"lamps": lamps} if lamps else {})}
+        return {**self.errors.as_dict(), **told}
 
 
 def make(
@@ -150,7 +157,10 @@ def _attempt(reliefs: Sequence[Relief], request: BakeRequest, progress: Progress
     except GratingError as error:
         raise error.within(source) from error
     rows, columns = map(len, chosen.axes)
-    in_blender = blender_bytes(chosen.terms, (rows, columns), chosen.sigma_b, bound=chosen.holds_reflectance)
+    triples = channel_count(request.illuminant) // 3
+    in_blender = blender_bytes(
+        chosen.terms, (rows, columns), chosen.sigma_b, bound=chosen.holds_reflectance, triples=triples
+    )
     if in_blender > ATLAS_BYTES_MAX:
         raise GratingError(
             source,
@@ -160,7 +170,7 @@ def _attempt(reliefs: Sequence[Relief], request: BakeRequest, progress: Progress
     table = model.carry_out(chosen, request.illuminant, span_of(progress, planned, carried_out))
     sample_set = model.sample_set(chosen)
     baked = time.perf_counter()
-    errors_of = model.judge(reliefs, chosen, request.illuminant, progress=span_of(progress, carried_out, 1))
+    judge = model.judge(reliefs, chosen, request.illuminant, progress=span_of(progress, carried_out, 1))
     judged = time.perf_counter()
     added_by = comparison(table, request.illuminant)
 
@@ -169,18 +179,19 @@ def _attempt(reliefs: Sequence[Relief], request: BakeRequest, progress: Progress
         return (
             _excess(added, request.delta_e) <= _OF_BASIS
             and at_one_w <= _OF_BASIS_AT_ONE_W * request.delta_e
-            and _excess(errors_of(fewer), request.delta_e) <= _BEFORE_ROUNDING
+            and _excess(judge.errors_of(fewer), request.delta_e) <= _BEFORE_ROUNDING
         )
 
     coarser = max(1.0, request.delta_e ** (-1 / _ORDER_OF_TEXELS))
     image, layout = atlas.pack(with_levels(with_learnt_basis(table, keeps), coarser=coarser))
     stored = atlas.unpack(image, layout)
     packed = time.perf_counter()
-    errors = errors_of(stored)
+    errors = judge.errors_of(stored)
     wide = wide_errors(stored, table, errors, illuminant=request.illuminant)
     transforms = sum(len(series.amplitude) for series in chosen.ensemble)
     return Made(
-        stored, sample_set, image, layout, errors, wide, len(chosen.wavelengths), transforms,
+        stored, sample_set, image, layout, errors, judge.errors_under_lamps(stored), wide,
+        len(chosen.wavelengths), transforms,
         seconds=baked - started + packed - judged, check_seconds=judged - baked + time.perf_counter() - packed,
     )  # fmt: skip
 

@@ -41,7 +41,7 @@ from .request import MODELS, BakeRequest
 from .resolution import texel_middles
 from .self_check import Judge, pairs_within, w_within
 from .terms_and_texels import TEXELS_MAX, probe
-from .tiles import xyz_over_w2
+from .tiles import channels_over_w2
 from .wavelengths import bake_wavelengths
 
 # The start of the table's range of w, unless the needs begin later. Measured on a skin of 150 nm, over the whole of (u,
@@ -100,21 +100,19 @@ def plan(
 def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent) -> Table:
     """Like tiles.carry_out, without a zero order."""
     nodes = chebyshev.nodes(chosen.terms, *chosen.w_range)
-    at_nodes = xyz_over_w2(
+    at_nodes = channels_over_w2(
         chosen, nodes, narrower(chosen.sigma_b, chosen.texel), illuminant=illuminant, progress=progress
     )
     terms = np.tensordot(chebyshev.coefficients_from_nodes(chosen.terms).astype(np.float32), at_nodes, axes=1)
     v, u = chosen.axes
     return Table(
-        terms, np.zeros((ZERO_ORDER_SAMPLES, 3)), chosen.sigma_b, chosen.texel, illuminant, first=(v[0], u[0]),
-        w_range=chosen.w_range, precision=chosen.precision,
+        terms, np.zeros((ZERO_ORDER_SAMPLES, terms.shape[-1])), chosen.sigma_b, chosen.texel, illuminant,
+        first=(v[0], u[0]), w_range=chosen.w_range, precision=chosen.precision,
     )  # fmt: skip
 
 
 def judge(reliefs: Sequence[Relief], chosen: Plan, illuminant: str, *, progress: Progress) -> Judge:
-    """Return a function that measures a plan's table against the patch model's reference.
-
-    It uses direction pairs at a few values of w."""
+    """What a plan's table is judged by: the patch model's reference, on direction pairs at a few values of w."""
     rng = np.random.default_rng(0)
     (series,) = chosen.ensemble
     assert isinstance(series, PatchSeries)
@@ -134,7 +132,7 @@ def judge(reliefs: Sequence[Relief], chosen: Plan, illuminant: str, *, progress:
             xyz += reference.density(pairs.u, pairs.v, w, wavelength_m=lam)[:, None] * weight
             progress("self-check", (k + (n + 1) / len(lambdas)) / _CHECK_GROUPS)
         found.append(Truth(w, pairs, xyz, np.zeros(3)))
-    return lambda table: measure(found, table.candidate, illuminant)
+    return Judge(lambda table: measure(found, table.candidate, illuminant))
 
 
 def sample_set(chosen: Plan) -> None:

@@ -9,19 +9,22 @@ terms and half floats) are measured by the error metric, against sums over the s
 The radiance of a metal or film is divided by an albedo bound, which is integrated at the directions of some of the
 pairs, with four times as many wavelengths as in the bake's table, and without reading a table.
 
+Lamps of other spectra than the bake's light are measured on the same sums. Their errors are stated, and limit nothing.
+
 make.py compares the errors with the requested dE00. The verb `check` measures the same errors independently
 (precompute/check).
 """
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ..base.progress import Progress, part_of
-from ..colour.illuminants import has_bands, line_of
-from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, seen_wavelengths, spectral_weights
+from ..colour.channels import channel_weights, lamp_matrix
+from ..colour.illuminants import FIRST, JOINT, first_of, has_bands, line_of
+from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, seen_wavelengths
 from ..measure.errors import Errors, Truth, measure
 from ..measure.pairs import Pairs, draw_w
 from ..measure.truths import Binned, Spectrum, draw_pairs
@@ -45,9 +48,35 @@ _BOUND_PAIRS = 50
 _DELTA_E_PER_UNIT = 116 / 3
 # The wavelengths' spacing under an illuminant of narrow bands: its error is half of that in the bake's own spacing.
 _OF_BANDS = 0.2
-Judge = Callable[[Table], Errors]
+# The lamps whose errors a bake states: black bodies, daylight, LEDs and a tube.
+LAMPS = ("2000K", "2700K", "4000K", "10000K", "D5500", "LED-B1", "LED-RGB1", "FL11")
 # Number of values of s at which each series is compared with an exact transform.
 _SERIES_PROBES = 2
+
+
+@dataclass(frozen=True)
+class Judge:
+    """What a bake is judged by.
+
+    errors_of  a function that measures the errors of a plan's table, with an albedo bound and without
+    lamps      the truths of each lamp, XYZ beside daylight as white; empty for a bake under another light than daylight
+    holds_reflectance  whether table and truths hold the reflectance of their matter"""
+
+    errors_of: Callable[[Table], Errors]
+    lamps: dict[str, list[Truth]] = field(default_factory=dict)
+    holds_reflectance: bool = False
+
+    def errors_under_lamps(self, table: Table) -> dict[str, Errors]:
+        """The errors of a table's colours under each lamp, without an albedo bound."""
+        first = next(iter(self.lamps.values()), [])
+        held = [(table.channels_over_w2(t.pairs.u, t.pairs.v, t.w), table.zero_order_xyz(t.w)) for t in first]
+
+        def errors(lamp: str, truths: list[Truth]) -> Errors:
+            matrix = lamp_matrix(table.illuminant, lamp).T
+            answers = {t.w: (channels @ matrix, z) for t, (channels, z) in zip(truths, held, strict=True)}
+            return measure(truths, lambda u, v, w: answers[w], holds_reflectance=self.holds_reflectance)
+
+        return {lamp: errors(lamp, truths) for lamp, truths in self.lamps.items()}
 
 
 def wavelengths_for(sigma_b: float, illuminant: str = "D65") -> np.ndarray:
@@ -63,25 +92,28 @@ def wavelengths_for(sigma_b: float, illuminant: str = "D65") -> np.ndarray:
 
 
 def judge(reliefs: Sequence[Relief], chosen: Plan, illuminant: str, *, progress: Progress) -> Judge:
-    """Return a function that measures a plan's table; one with an albedo bound with it and without it.
+    """What a plan's table is judged by.
 
-    It measures at a few values of w, on direction pairs that the bake was not made from. The series' error is added to
-    every error of colour and to every relative error of luminance. `progress` is called with the stage "self-check"."""
+    It is measured at a few values of w, on direction pairs that the bake was not made from. The series' error is added
+    to every error of colour and to every relative error of luminance, but not to those under other lamps. `progress` is
+    called with the stage "self-check"."""
     rng = np.random.default_rng(0)
-    found = []
+    found: list[list[Truth]] = []
+    lamps = LAMPS if first_of(illuminant) == FIRST else ()
     pairs = _affordable_pairs(chosen)
     least = least_cosine(chosen.matter.plate_ior)
     for k, w in enumerate(w_within(chosen.w_range, GROUPS, rng, least=least)):
         drawn = pairs_within(chosen, w, pairs, rng=rng, illuminant=illuminant)
         found.append(
-            _truth(
-                chosen, drawn, w, illuminant,
+            _truths(
+                chosen, drawn, w, (first_of(illuminant), *lamps), illuminant,
                 part_of(progress, "self-check", done=k, total=GROUPS),
             )
         )  # fmt: skip
+    own, *of_lamps = (list(truths) for truths in zip(*found, strict=True))
     bounded = []
     if chosen.holds_reflectance:
-        some = [truth.only(slice(None, None, max(1, len(truth.pairs.wi) // _BOUND_PAIRS))) for truth in found]
+        some = [truth.only(slice(None, None, max(1, len(truth.pairs.wi) // _BOUND_PAIRS))) for truth in own]
         bounded = _with_bound(chosen, some)
     s = rng.uniform(0.3, 1, _SERIES_PROBES) * chosen.ensemble[0].s_max
     scale = chosen.matter.plate_ior
@@ -90,14 +122,14 @@ def judge(reliefs: Sequence[Relief], chosen: Plan, illuminant: str, *, progress:
     )
 
     def errors_of(table: Table) -> Errors:
-        errors = measure(found, table.candidate, illuminant, holds_reflectance=chosen.holds_reflectance)
+        errors = measure(own, table.candidate, illuminant, holds_reflectance=chosen.holds_reflectance)
         if bounded:
             held = table.bound_of_pairs
             with_bound = measure(bounded, table.candidate, illuminant, holds_reflectance=True, held_bound=held)
             errors = errors.worse_of(with_bound)
         return errors.worse_by(_DELTA_E_PER_UNIT * lacking, lacking)
 
-    return errors_of
+    return Judge(errors_of, dict(zip(lamps, of_lamps, strict=True)), chosen.holds_reflectance)
 
 
 def _with_bound(chosen: Plan, found: Sequence[Truth]) -> list[Truth]:
@@ -170,20 +202,23 @@ def _spectrum(ensemble: Sequence[SpectrumSeries], rng: np.random.Generator) -> S
     return at
 
 
-def _truth(chosen: Plan, pairs: Pairs, w: float, illuminant: str, progress: Progress) -> Truth:
-    """The truth at the pairs: scattered XYZ and the zero order's XYZ, as sums over the bins of the scans' series, times
-    the reflectance of a matter that the table holds."""
+def _truths(
+    chosen: Plan, pairs: Pairs, w: float, lights: Sequence[str], illuminant: str, progress: Progress
+) -> list[Truth]:
+    """The truth at the pairs under each light: scattered XYZ and the zero order's XYZ, as sums over the bins of the
+    scans' series, times the reflectance of a matter that the table holds."""
     ensemble, sigma_b = chosen.ensemble, chosen.sigma_b
     lambdas = seen_wavelengths(wavelengths_for(sigma_b, illuminant), illuminant)
     reflectance = np.ones((len(lambdas), len(pairs.wi) + 1))
     if chosen.holds_reflectance:
         cosines = np.append(half_angle_cosine(pairs.wi, pairs.wr), w / 2)  # the zero order's is the last
         reflectance = chosen.matter.reflectance(lambdas, cosines)
-    weights = spectral_weights(lambdas, illuminant) / len(ensemble)
-    scattered, zero_order = np.zeros((len(pairs.wi), 3)), np.zeros(3)
+    weights = channel_weights(lambdas, JOINT.join(lights)) / len(ensemble)
+    scattered, zero_order = np.zeros((len(pairs.wi), weights.shape[1])), np.zeros(weights.shape[1])
     for n, series in enumerate(ensemble):
         density = density_at(series, pairs.u, pairs.v, w=w, lambdas=lambdas, sigma=sigma_b)
         scattered += (density * reflectance[:, :-1]).T @ weights
         zero_order += (series.zero_order(w / lambdas) * reflectance[:, -1]) @ weights
         progress("self-check", (n + 1) / len(ensemble))
-    return Truth(w, pairs, scattered, zero_order)
+    thirds = (np.split(each, len(lights), axis=-1) for each in (scattered, zero_order))
+    return [Truth(w, pairs, *of_light) for of_light in zip(*thirds, strict=True)]

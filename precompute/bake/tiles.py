@@ -13,7 +13,8 @@ import math
 import numpy as np
 
 from ..base.progress import Progress, silent, span_of
-from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, seen_wavelengths, spectral_weights
+from ..colour.channels import channel_weights
+from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, seen_wavelengths
 from ..maths import chebyshev
 from ..reflectance.curves import reflectance_at
 from ..spectra.resample import Resampler
@@ -39,7 +40,9 @@ def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent
     sigma_table = narrower(chosen.sigma_b, chosen.texel)
     nodes = chebyshev.nodes(chosen.terms, *chosen.w_range)
     summed = _SUMMED if chosen.holds_reflectance else 1.0
-    at_nodes = xyz_over_w2(chosen, nodes, sigma_table, illuminant=illuminant, progress=span_of(progress, 0, summed))
+    at_nodes = channels_over_w2(
+        chosen, nodes, sigma_table, illuminant=illuminant, progress=span_of(progress, 0, summed)
+    )
     to_terms = chebyshev.coefficients_from_nodes(chosen.terms).astype(np.float32)
     terms = np.tensordot(to_terms, at_nodes, axes=1)
     v, u = chosen.axes
@@ -58,25 +61,27 @@ def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent
 
 
 def zero_order_curve(chosen: Plan, illuminant: str) -> np.ndarray:
-    """Z (n, 3) in XYZ, at equal steps of w from 0 to 2, times the reflectance of a matter that the table holds."""
+    """The channels of Z (n, channels), at equal steps of w from 0 to 2, times the reflectance of a matter that the
+    table holds."""
     lambdas = seen_wavelengths(np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, 401), illuminant)
     w = np.linspace(0, 2, ZERO_ORDER_SAMPLES)
     efficiency = sum(series.zero_order(w[:, None] / lambdas) for series in chosen.ensemble) / len(chosen.ensemble)
     if chosen.holds_reflectance:
         efficiency = efficiency * chosen.matter.reflectance(lambdas, w / 2).T
-    return efficiency @ spectral_weights(lambdas, illuminant)
+    return efficiency @ channel_weights(lambdas, illuminant)
 
 
-def xyz_over_w2(
+def channels_over_w2(
     chosen: Plan, w_nodes: np.ndarray, sigma: float, *, illuminant: str, progress: Progress = silent
 ) -> np.ndarray:
-    """Scattered XYZ / w^2 (K, rows, columns, 3) float32, at nodes of w (K,), over the plan's texels.
+    """Channels over w^2 (K, rows, columns, channels) float32 of the scattered light, at nodes of w (K,) and the plan's
+    texels.
 
     `sigma` is the standard deviation of the sampled kernel. `progress` is called after each group of wavelengths."""
     v, u = chosen.axes
     lambdas = chosen.wavelengths
-    weights = (spectral_weights(lambdas, illuminant) / len(chosen.ensemble)).astype(np.float32)
-    out = np.zeros((len(w_nodes), len(v), 3, len(u)), np.float32)
+    weights = (channel_weights(lambdas, illuminant) / len(chosen.ensemble)).astype(np.float32)
+    out = np.zeros((len(w_nodes), len(v), weights.shape[1], len(u)), np.float32)
     radius = 2 + _RIM * chosen.texel
     reflectance = reflectance_at(chosen.matter, lambdas, (u, v[:, None], w_nodes[:, None, None]))
     images = np.zeros((len(w_nodes), len(v), _WAVELENGTHS_AT_ONCE, len(u)), np.float32)

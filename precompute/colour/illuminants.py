@@ -7,8 +7,13 @@
     D5500            daylight of a colour temperature, by the CIE's formula
     532nm            a laser's line
     380:0.2 385:1    the spectrum of a file: wavelengths in nanometres, and powers of which the greatest is 1
+    D65+smooth       D65, and channels for black bodies and daylight (channels.py)
+    D65+led          the same, and for LEDs
+    D65+led+FL11     the same, and the colours under FL11
 
-cie_illuminants_5nm.csv holds the tables. `canonical` also takes the names of LAMPS, and capital or small letters.
+A text of several parts is for a scene with several lamps. Its white, and the first three channels of its bake, are
+D65's. cie_illuminants_5nm.csv holds the tables. `canonical` also takes the names of LAMPS, and capital or small
+letters; it adds a missing "D65+".
 """
 
 import difflib
@@ -54,6 +59,11 @@ _BY_NUMBER = (
     ("([0-9]+)k", "{}K", BLACK_BODY_K),
     ("d([0-9]{4,})", "D{}", DAYLIGHT_K),
 )
+# The sets of further channels, and the number of each set's channels: multiples of 3, which make whole colours.
+CHANNEL_SETS = {"smooth": 3, "led": 6}
+# What joins the parts of a text, its first part, and the greatest number of lamps with their own colours.
+JOINT, FIRST = "+", "D65"
+OWN_MAX = 4
 _EXAMPLES = "2700K, D5500, LED-B1, FL11, 589nm, or a file of wavelengths in nm and powers"
 
 
@@ -71,11 +81,38 @@ def named() -> tuple[str, ...]:
 
 
 def canonical(text: str) -> str:
-    """The canonical text of an illuminant or of one of LAMPS.
+    """The canonical text of an illuminant, of one of LAMPS, or of several parts.
 
     Raises GratingError for a text that names none."""
     if is_spectrum_text(text):
         return text
+    if JOINT in text or _is_set(text):
+        return _joined(text, [_part(each) for each in text.split(JOINT)])
+    return _one(text)
+
+
+def _is_set(text: str) -> bool:
+    return text.strip().lower() in CHANNEL_SETS
+
+
+def _part(text: str) -> str:
+    if _is_set(text):
+        return text.strip().lower()
+    return text if is_spectrum_text(text) else _one(text)
+
+
+def _joined(text: str, parts: list[str]) -> str:
+    """The canonical text of parts. Raises GratingError, with the typed text, for parts that no bake can have."""
+    sets = [each for each in parts if each in CHANNEL_SETS]
+    own = [each for each in parts if each not in CHANNEL_SETS and each != FIRST]
+    if len(sets) > 1 or len({*sets, *own}) < len(sets) + len(own):
+        raise GratingError(f"{text:.40}", "names a part twice, or two sets of channels", f"give {FIRST}+led+FL11")
+    if len(own) > OWN_MAX:
+        raise GratingError(f"{text:.40}", f"has {len(own)} lamps with their own colours", f"give at most {OWN_MAX}")
+    return JOINT.join([FIRST, *sets, *own])
+
+
+def _one(text: str) -> str:
     plain = text.strip().lower()
     if plain in LAMPS:
         return LAMPS[plain][0]
@@ -97,7 +134,21 @@ def illuminant_of(text: str) -> str:
     """The canonical text of an illuminant, of one of LAMPS, or of a file: a text with a dot or a folder in it.
 
     Raises GratingError for a text that names none, and as read_spectrum does."""
-    return read_spectrum(Path(text)) if re.search(r"[./\\]", text) and not is_spectrum_text(text) else canonical(text)
+    if is_spectrum_text(text):
+        return text
+    if JOINT in text and not Path(text).is_file():
+        return canonical(JOINT.join(each if _is_set(each) else illuminant_of(each) for each in text.split(JOINT)))
+    return read_spectrum(Path(text)) if re.search(r"[./\\]", text) else canonical(text)
+
+
+def parts_of(illuminant: str) -> list[str]:
+    """The parts of a canonical text."""
+    return illuminant.split(JOINT)
+
+
+def first_of(illuminant: str) -> str:
+    """The illuminant whose XYZ are the first three channels of a bake under a canonical text."""
+    return parts_of(illuminant)[0]
 
 
 def is_illuminant(value: object) -> bool:
@@ -111,13 +162,17 @@ def is_illuminant(value: object) -> bool:
 
 
 def line_of(illuminant: str) -> float | None:
-    """The wavelength in metres of a laser's line in whole nanometres, such as "532nm"; None for other illuminants."""
+    """The wavelength in metres of a laser's line in whole nanometres, such as "532nm"; None for other illuminants, and
+    for several parts."""
     found = re.fullmatch("([0-9]{3})nm", illuminant)
     return int(found[1]) * 1e-9 if found and LINES_NM[0] <= int(found[1]) <= LINES_NM[1] else None
 
 
 def has_bands(illuminant: str) -> bool:
-    """Whether an illuminant may have narrow bands, unlike daylight, black bodies and a single line."""
+    """Whether an illuminant may have narrow bands, unlike daylight, black bodies and a single line; or a part of it,
+    where lines count too."""
+    if JOINT in illuminant:
+        return any(line_of(part) or has_bands(part) for part in parts_of(illuminant) if part != "smooth")
     return illuminant not in (*ILLUMINANTS, "A", "C") and not re.fullmatch("D[0-9]+|[0-9]+K|[0-9]+nm", illuminant)
 
 

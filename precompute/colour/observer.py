@@ -5,7 +5,8 @@ A flat mirror has the colour of the illuminant's white, scaled to Y = 1. cie_193
 observer and of D65, and names their sources in its header.
 
 Nobody sees a laser's line as white, nor a lamp as coloured as a green LED. White is then D65's, and a flat mirror has
-the light's own colour, scaled to Y = 1. illuminants.py names the illuminants.
+the light's own colour, scaled to Y = 1. illuminants.py names the illuminants. Of an illuminant of several parts, all
+of this is the first part's; channels.py has the others.
 """
 
 from functools import cache
@@ -13,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .illuminants import ILLUMINANTS, line_of, spectrum
+from .illuminants import ILLUMINANTS, first_of, line_of, spectrum
 
 WAVELENGTH_MIN_M = 380e-9
 WAVELENGTH_MAX_M = 780e-9
@@ -35,7 +36,7 @@ def _cie_table() -> np.ndarray:
 
 def seen_wavelengths(wavelengths_m: np.ndarray, illuminant: str) -> np.ndarray:
     """The wavelengths that spectral_weights needs: the given ones, or the line's own under a laser's line."""
-    line = line_of(illuminant)
+    line = line_of(first_of(illuminant))
     return wavelengths_m if line is None else np.array([line])
 
 
@@ -44,7 +45,7 @@ def observer(wavelengths_m: np.ndarray, illuminant: str = "D65") -> np.ndarray:
     metres.
 
     Zero outside 380 to 780 nm, and scaled so that the Y column integrates to 1 over wavelength in metres."""
-    table = _cie_table()
+    table, illuminant = _cie_table(), first_of(illuminant)
     nm = np.asarray(wavelengths_m) * 1e9
     if illuminant not in ILLUMINANTS:
         return _products(nm, illuminant) / _luminance(illuminant) * 1e9
@@ -62,13 +63,15 @@ def spectral_weights(wavelengths_m: np.ndarray, illuminant: str = "D65") -> np.n
     mirror's colour exactly, at any step. Under other illuminants, which may have lines between two wavelengths, they
     are the integral of the illuminant times the spectrum's cubic interpolation. Raises ValueError if the wavelengths
     under a laser's line are other than the line's own (seen_wavelengths)."""
+    illuminant = first_of(illuminant)
     line = line_of(illuminant)
     if line is not None:
         if list(wavelengths_m) != [line]:
             raise ValueError(f"{len(wavelengths_m)} wavelengths under {illuminant}: give seen_wavelengths of them")
         return mirror_xyz(illuminant)[None]
     if illuminant not in ILLUMINANTS:
-        return _integrated(np.asarray(wavelengths_m) * 1e9, illuminant)
+        nm = np.asarray(wavelengths_m) * 1e9
+        return interpolated_weights(nm, *_pieces(illuminant, nm)) / _luminance(illuminant)
     weights = observer(wavelengths_m, illuminant) * _trapezoid_weights(wavelengths_m)[:, None]
     return weights * (white_xyz(illuminant) / weights.sum(axis=0))
 
@@ -87,26 +90,31 @@ def _pieces(illuminant: str, further_nm: np.ndarray) -> tuple[np.ndarray, np.nda
     The rule is exact for a product with a polynomial of degree 3 between any two wavelengths of the observer's table,
     of the illuminant's and of `further_nm`."""
     table = _cie_table()[:, 0]
-    edges = np.unique(np.concatenate([table, spectrum(illuminant)[0], further_nm]))
-    edges = edges[(edges >= table[0]) & (edges <= table[-1])]
+    nm, widths = integration_rule(np.concatenate([table, spectrum(illuminant)[0], further_nm]))
+    return nm, _products(nm, illuminant) * widths[:, None]
+
+
+def integration_rule(edges_nm: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Wavelengths (m,) in nanometres and their weights (m,) in an integral from 380 to 780 nm, exact for polynomials of
+    degree 5 between any two neighbours of edges (n,) in any order."""
+    low, high = _cie_table()[[0, -1], 0]
+    edges = np.unique(np.concatenate([[low, high], edges_nm[(edges_nm > low) & (edges_nm < high)]]))
     steps = np.diff(edges)[:, None]
-    nm = (edges[:-1, None] + steps * _GAUSS[0]).ravel()
-    return nm, _products(nm, illuminant) * (steps * _GAUSS[1]).reshape(-1, 1)
+    return (edges[:-1, None] + steps * _GAUSS[0]).ravel(), (steps * _GAUSS[1]).ravel()
 
 
-def _integrated(wavelengths_nm: np.ndarray, illuminant: str) -> np.ndarray:
-    """Weights (n, 3) of a spectrum's values at wavelengths (n,): integrals of the values' cubic convolution (Keys 1981)
-    under an illuminant."""
-    nm, products = _pieces(illuminant, wavelengths_nm)
+def interpolated_weights(wavelengths_nm: np.ndarray, nm: np.ndarray, products: np.ndarray) -> np.ndarray:
+    """Weights (n, channels) of a spectrum's values at ascending wavelengths (n,): sums over its cubic convolution (Keys
+    1981) at `nm` (m,) times `products` (m, channels)."""
     count = len(wavelengths_nm)
     place = np.interp(nm, wavelengths_nm, np.arange(count))
     below = np.minimum(place.astype(int), max(count - 2, 0))
     t = place - below
     shares = ((t * (2 - t) - 1) * t, (3 * t - 5) * t**2 + 2, ((4 - 3 * t) * t + 1) * t, (t - 1) * t**2)
-    weights = np.zeros((count, 3))
+    weights = np.zeros((count, products.shape[1]))
     for k, share in enumerate(shares):
         np.add.at(weights, np.clip(below + k - 1, 0, count - 1), 0.5 * share[:, None] * products)
-    return weights / _luminance(illuminant)
+    return weights
 
 
 @cache
@@ -126,16 +134,18 @@ def _mirror(illuminant: str) -> tuple[float, ...]:
 def is_white(illuminant: str) -> bool:
     """Whether an illuminant may count as white: a lamp that is no laser's line, and not as coloured as an LED of one
     colour."""
+    illuminant = first_of(illuminant)
     return line_of(illuminant) is None and (_REC_709 @ _mirror(illuminant)).min() > _LEAST_OF_WHITE
 
 
 def white_xyz(illuminant: str = "D65") -> np.ndarray:
     """The XYZ (3,) of white, scaled to Y = 1: the illuminant's if it is_white, or else D65's."""
-    return np.array(_mirror(illuminant if is_white(illuminant) else "D65"))
+    return np.array(_mirror(first_of(illuminant) if is_white(illuminant) else "D65"))
 
 
 def mirror_xyz(illuminant: str = "D65") -> np.ndarray:
     """The XYZ (3,) of the illuminant as a perfect mirror shows it, scaled to Y = 1."""
+    illuminant = first_of(illuminant)
     line = line_of(illuminant)
     if line is None:
         return np.array(_mirror(illuminant))

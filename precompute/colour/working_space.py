@@ -3,8 +3,8 @@
 
 import numpy as np
 
-from .illuminants import ILLUMINANTS
-from .observer import is_white, white_xyz
+from .illuminants import ILLUMINANTS, first_of
+from .observer import is_white, mirror_xyz, white_xyz
 
 # The xy chromaticities of each space's primaries and white, from ITU-R BT.709, BT.2020 and SMPTE ST 2065 (AP1).
 _D65_XY = (0.3127, 0.3290)
@@ -31,8 +31,14 @@ def rgb_from_xyz(space: str = "Rec.709", illuminant: str = "D65") -> np.ndarray:
     by the Bradford transform (Lindbloom). Under another lamp each component is divided by the lamp's own (lamp_rgb).
     So a scene's lamp of that colour shows the colours that the lamp has beside daylight, where an adaptation would
     shift them by a dE00 of 5 under 2700 K."""
+    illuminant = first_of(illuminant)
     if illuminant in ILLUMINANTS or not is_white(illuminant):
         return adapted_matrix(space, white_xyz(illuminant))
+    return rgb_over_lamp(space, illuminant)
+
+
+def rgb_over_lamp(space: str, illuminant: str) -> np.ndarray:
+    """The matrix (3, 3) from XYZ under a lamp to linear RGB over that of the scene's lamp (lamp_rgb)."""
     kept = _kept(space, illuminant)
     in_space = kept * adapted_matrix(space, white_xyz())
     in_space[:, 1] += 1 - kept
@@ -40,24 +46,24 @@ def rgb_from_xyz(space: str = "Rec.709", illuminant: str = "D65") -> np.ndarray:
 
 
 def lamp_rgb(space: str, illuminant: str) -> np.ndarray:
-    """The linear RGB (3,), with a luminance of 1, of a scene's lamp for an illuminant that is_white.
+    """The linear RGB (3,), with a luminance of 1, of a scene's lamp.
 
     A lamp beside the space's edge, such as a candle in Rec.709, is moved towards the grey of its luminance until its
     least component is _LEAST."""
-    rgb = adapted_matrix(space, white_xyz()) @ white_xyz(illuminant)
+    rgb = adapted_matrix(space, white_xyz()) @ mirror_xyz(illuminant)
     return 1 + _kept(space, illuminant) * (rgb - 1)
 
 
 def lamp_line(space: str, illuminant: str) -> str:
     """A line with the colour of a scene's lamp for an illuminant; "" if the lamp is white."""
-    if illuminant in ILLUMINANTS or not is_white(illuminant):
+    if first_of(illuminant) in ILLUMINANTS or not is_white(illuminant):
         return ""
     return f"lamp colour {', '.join(f'{each:.3f}' for each in lamp_rgb(space, illuminant))} ({space})"
 
 
 def _kept(space: str, illuminant: str) -> float:
     """The share of its colour that a lamp keeps in a space."""
-    least = (adapted_matrix(space, white_xyz()) @ white_xyz(illuminant)).min()
+    least = (adapted_matrix(space, white_xyz()) @ mirror_xyz(illuminant)).min()
     return min(1.0, (1 - _LEAST) / (1 - least)) if least < 1 else 1.0
 
 

@@ -9,10 +9,12 @@ With the first texel's centre at index coordinate 0, a reading at x uses the tex
 the bottom of the picture upward, the rows hold:
 
     STRIP_ROWS rows         the curve Z(w) in texels 0 to samples - 1, the same in each of these rows; the texel after
-                            the last continues the line through the last two
+                            the last continues the line through the last two. With more channels than XYZ
+                            (colour/channels.py), each three have STRIP_ROWS rows
     bound_texels rows       for a metal, the excess albedo E (albedo_bound.py) in texels 0 to bound_texels - 1, the same
                             in every channel; a dielectric has none of these rows
-    above `strip_rows`      a cell for each term, with its tiles of every blur level (tiling.py)
+    above `strip_rows`      a cell for each term, with its tiles of every blur level (tiling.py); then the same for each
+                            three further channels
 
 Tiles hold B_k / scale in XYZ. The strip is not scaled: a shallow relief scatters so little, compared with its zero
 order's white, that a common scale would lose the tiles' digits.
@@ -24,6 +26,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ..colour.channels import channel_count
 from ..colour.illuminants import is_illuminant
 from ..optics.plate import NO_PLATE, PLATE_IOR_MAX
 from ..optics.region import FARTHEST, Region
@@ -50,7 +53,8 @@ _W_WIDTH_MIN = 1e-3
 class Layout:
     """How a reader finds u, v and w in the image. A material's nodes need nothing else.
 
-    The picture holds rows x columns cells, one for each of the `terms` terms, from left to right and then upward. A
+    The picture holds rows x columns cells, one for each of the `terms` terms of XYZ and then of each three further
+    channels, from left to right and then upward. A
     cell has cell_rows x cell_columns texels. The tile of blur level 0 is in its lower left corner: inner_rows x
     inner_columns texels that hold the table, and TILE_PADDING more on each side for interpolation. The centre of
     the tile's texel (0, 0) is at (v_first, u_first). tiling.py places the other levels, whose kernels' variances
@@ -84,6 +88,16 @@ class Layout:
     bound_texels: int
     plate_ior: float
     illuminant: str
+
+    @property
+    def triples(self) -> int:
+        """The number of channels over 3: the number of cells of each term."""
+        return channel_count(self.illuminant) // 3
+
+    @property
+    def curve_rows(self) -> int:
+        """Rows of the curves Z(w) of all channels."""
+        return STRIP_ROWS * self.triples
 
     @property
     def width(self) -> int:
@@ -132,7 +146,7 @@ class Layout:
     @property
     def bound_block(self) -> tuple[slice, slice]:
         """Rows and columns of the excess albedo, counted upward."""
-        return slice(STRIP_ROWS, STRIP_ROWS + self.bound_texels), slice(self.bound_texels)
+        return slice(self.curve_rows, self.strip_rows), slice(self.bound_texels)
 
     @property
     def is_valid(self) -> bool:
@@ -148,20 +162,21 @@ class Layout:
             and self.levels <= LEVELS_MAX
             and self.spacing in SPACINGS
             and 1 <= self.level_coarser <= COARSER_MAX
-            and self.terms <= min(TERMS_MAX, self.columns * self.rows)
+            and is_illuminant(self.illuminant)
+            and self.terms <= TERMS_MAX
+            and self.terms * self.triples <= self.columns * self.rows
             and 1 <= self.polynomials <= TERMS_MAX
             and len(self.basis) == self.terms * self.polynomials
             and all(type(each) in (int, float) and abs(each) <= _COEFFICIENT_MAX for each in self.basis)
             and (self.cell_rows, self.cell_columns) == self.cell.size
             and (self.bound_texels == 0 or self.bound_texels >= BOUND_TEXELS_MIN)
-            and STRIP_ROWS + self.bound_texels == self.strip_rows
+            and self.curve_rows + self.bound_texels == self.strip_rows
             and _KERNELS[0] <= self.sigma_b <= _KERNELS[1]
             and _SCALES[0] <= self.scale <= _SCALES[1]
             and 0 <= self.w_min <= self.w_max - _W_WIDTH_MIN
             and self.w_max <= 2
             and 0 < self.texel <= 2 * FARTHEST
             and all(-FARTHEST - self.texel <= end <= FARTHEST + self.texel for side in self.region for end in side)
-            and is_illuminant(self.illuminant)
             and NO_PLATE <= self.plate_ior <= PLATE_IOR_MAX
             and (self.plate_ior == NO_PLATE or self.holds_reflectance)
         )
@@ -176,19 +191,19 @@ class Layout:
         """How far apart the blur levels are."""
         return Spacing(self.level_ratio, self.level_offset)
 
-    def cell_origin(self, term: int) -> tuple[int, int]:
-        """Lower left texel (x, y) of a term's cell, y counted upward."""
-        row, column = divmod(term, self.columns)
+    def cell_origin(self, term: int, triple: int = 0) -> tuple[int, int]:
+        """Lower left texel (x, y) of a term's cell of three channels, y counted upward."""
+        row, column = divmod(triple * self.terms + term, self.columns)
         return column * self.cell_columns, self.strip_rows + row * self.cell_rows
 
-    def tile_origin(self, term: int, level: int = 0) -> tuple[int, int]:
+    def tile_origin(self, term: int, level: int = 0, triple: int = 0) -> tuple[int, int]:
         """Lower left texel (x, y) of a tile, y counted upward."""
-        (x, y), (right, up) = self.cell_origin(term), self.cell.corner(level)
+        (x, y), (right, up) = self.cell_origin(term, triple), self.cell.corner(level)
         return x + right, y + up
 
-    def tile_block(self, term: int, level: int) -> tuple[slice, slice]:
+    def tile_block(self, term: int, level: int, triple: int = 0) -> tuple[slice, slice]:
         """Rows and columns of the picture that a tile fills, including its padding."""
-        x, y = self.tile_origin(term, level)
+        x, y = self.tile_origin(term, level, triple)
         rows, columns = self.cell.inner_of(level)
         return slice(y, y + rows + 2 * TILE_PADDING), slice(x, x + columns + 2 * TILE_PADDING)
 
@@ -204,7 +219,8 @@ def _bound_texels(bake: Table) -> int:
 def layout_of(bake: Table) -> Layout:
     """The layout of a bake's atlas. Raises GratingError if the picture is too large for a graphics card."""
     terms, cell = len(bake.terms), bake.cell
-    rows, columns = grid(terms, cell.size, width_min=_strip_width(len(bake.zero_order), _bound_texels(bake)))
+    triples = channel_count(bake.illuminant) // 3
+    rows, columns = grid(terms * triples, cell.size, width_min=_strip_width(len(bake.zero_order), _bound_texels(bake)))
     peak = max(*(float(np.abs(terms).max()) for terms in bake.levels), 1e-30)
     return Layout(
         terms=terms,
@@ -220,7 +236,7 @@ def layout_of(bake: Table) -> Layout:
         inner_columns=cell.inner[1],
         columns=columns,
         rows=rows,
-        strip_rows=STRIP_ROWS + _bound_texels(bake),
+        strip_rows=STRIP_ROWS * triples + _bound_texels(bake),
         texel=bake.texel,
         u_first=float(bake.first[1]),
         v_first=float(bake.first[0]),
@@ -242,24 +258,30 @@ def pack(bake: Table) -> tuple[np.ndarray, Layout]:
     layout = layout_of(bake)
     image = np.zeros((layout.height, layout.width, 3), bake.precision)
     zero_order = bake.zero_order.astype(bake.precision)
-    image[:STRIP_ROWS] = past_end(zero_order)
-    image[:STRIP_ROWS, : len(zero_order)] = zero_order
+    for triple in range(layout.triples):
+        curve = zero_order[:, 3 * triple : 3 * triple + 3]
+        rows = slice(STRIP_ROWS * triple, STRIP_ROWS * (triple + 1))
+        image[rows] = past_end(curve)
+        image[rows, : len(curve)] = curve
     if bake.excess_albedo is not None:
         image[layout.bound_block] = half_above(bake.excess_albedo)[..., None]
     for level, terms in enumerate(bake.levels):
         for k, tile in enumerate(terms):
-            image[layout.tile_block(k, level)] = tile / layout.scale
+            for triple in range(layout.triples):
+                own = tile[..., 3 * triple : 3 * triple + 3]
+                image[layout.tile_block(k, level, triple)] = own / layout.scale
     return image, layout
 
 
 def unpack(image: np.ndarray, layout: Layout) -> Table:
     """The bake in an image (height, width, 3), row 0 at the bottom."""
     terms, *wider = (
-        np.stack([image[layout.tile_block(k, level)] for k in range(layout.terms)]).astype(np.float32)
+        np.stack([_channels(image, layout, k, level) for k in range(layout.terms)]).astype(np.float32)
         * np.float32(layout.scale)
         for level in range(layout.levels)
     )
-    zero_order = image[0, : layout.zero_order_samples].astype(np.float32)
+    curves = [image[STRIP_ROWS * triple, : layout.zero_order_samples] for triple in range(layout.triples)]
+    zero_order = np.concatenate(curves, axis=-1).astype(np.float32)
     excess = image[layout.bound_block][..., 0].astype(np.float32) if layout.holds_reflectance else None
     first, w_range = (layout.v_first, layout.u_first), (layout.w_min, layout.w_max)
     return Table(
@@ -267,6 +289,11 @@ def unpack(image: np.ndarray, layout: Layout) -> Table:
         tuple(wider), layout.spacing, layout.level_coarser,
         np.reshape(layout.basis, (layout.terms, layout.polynomials)).astype(float), layout.plate_ior,
     )  # fmt: skip
+
+
+def _channels(image: np.ndarray, layout: Layout, term: int, level: int) -> np.ndarray:
+    """All channels (rows, columns, channels) of a term's tile."""
+    return np.concatenate([image[layout.tile_block(term, level, k)] for k in range(layout.triples)], axis=-1)
 
 
 def half_above(values: np.ndarray) -> np.ndarray:

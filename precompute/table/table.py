@@ -7,17 +7,21 @@
 the mirror image, and the kernel is the Gaussian by which coherence blurs it. T_j is the Chebyshev polynomial of degree
 j, and t runs from -1 to 1 over the table's range of w. The f_k are functions learnt from the surface (bake/basis.py),
 or the polynomials themselves. The B_k are the tiles. docs/theory.md explains the series in "Expansions" and "The bake".
+
+A table for lamps of several spectra has more channels than X, Y and Z (colour/channels.py), which come first. What
+reads the table reads XYZ, except `under` and `channels_over_w2`.
 """
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import islice
 from typing import Protocol
 
 import numpy as np
 
+from ..colour.channels import lamp_matrix
 from ..maths import bspline, chebyshev
 from ..optics.coherence import coherence_length
 from ..optics.plate import NO_PLATE
@@ -48,9 +52,9 @@ class _Pairs(Protocol):
 class Table:
     """A relief's table.
 
-    terms          (K, rows, columns, 3) float32, the B_k in XYZ; the first axis of a tile runs along +v, the second
+    terms          (K, rows, columns, channels) float32, the B_k; the first axis of a tile runs along +v, the second
                    along +u. The outermost TILE_PADDING texels on each side serve interpolation only
-    zero_order     (n, 3), Z in XYZ at n equal steps of w from 0 to 2, ends included
+    zero_order     (n, channels), Z at n equal steps of w from 0 to 2, ends included
     sigma_b        the standard deviation of the coherence kernel in (u, v)
     texel          the step of u and v per texel
     illuminant     what counts as white
@@ -127,29 +131,42 @@ class Table:
         region = Region((u_low - _ROUNDING, u_high + _ROUNDING), (v_low - _ROUNDING, v_high + _ROUNDING))
         return region.contains(u, v) & (w >= w_low - _ROUNDING) & (w <= w_high + _ROUNDING)
 
+    def under(self, lamp: str) -> "Table":
+        """The table of XYZ under a lamp. The lamp's matrix gives it from the channels (colour/channels.py)."""
+        matrix = lamp_matrix(self.illuminant, lamp).T.astype(np.float32)
+        own = (each @ matrix for each in self.levels)
+        return replace(self, terms=next(own), wider=tuple(own), zero_order=self.zero_order @ matrix, illuminant=lamp)
+
     def scattered_over_w2(self, u: np.ndarray, v: np.ndarray, w: _Number, *, variance: _Number = 0.0) -> np.ndarray:
-        """Scattered XYZ over w^2 (n, 3) at u and v (n,), as a renderer reads it.
+        """Scattered XYZ over w^2 (n, 3) at u and v (n,), as a renderer reads it: see channels_over_w2."""
+        return self.channels_over_w2(u, v, w, variance=variance, channels=3)
+
+    def channels_over_w2(
+        self, u: np.ndarray, v: np.ndarray, w: _Number, *, variance: _Number = 0.0, channels: int | None = None
+    ) -> np.ndarray:
+        """Channels over w^2 (n, channels) of the scattered light at u and v (n,): all, or the first `channels`.
 
         Texels are read by cubic B-splines. `w` is a number or (n,). `variance`, a number or (n,) in (u, v), is added to
         the kernel's variance. The result is then a mixture of two blur levels: the last whose kernel's variance is at
         most the sum, and the next, if any."""
         w, variance = (np.broadcast_to(np.asarray(each, float), np.shape(u)) for each in (w, variance))
         level, share = level_mix(variance / self.sigma_b**2, len(self.levels), spacing=self.spacing)
-        out = np.zeros((3, len(u)))
+        channels = channels or self.terms.shape[-1]
+        out = np.zeros((channels, len(u)))
         for which in range(len(self.levels)):
             part = np.where(level == which, 1 - share, np.where(level == which - 1, share, 0.0))
             lit = np.flatnonzero(part)
             for start in range(0, len(lit), _READ_AT_ONCE):
                 at = lit[start : start + _READ_AT_ONCE]
-                out[:, at] += part[at] * self._read(which, u[at], v[at], w[at])
+                out[:, at] += part[at] * self._read(which, u[at], v[at], w[at], channels)
         return out.T
 
-    def _read(self, level: int, u: np.ndarray, v: np.ndarray, w: np.ndarray) -> np.ndarray:
-        """XYZ over w^2 (3, n) of one blur level, in the terms' own precision."""
+    def _read(self, level: int, u: np.ndarray, v: np.ndarray, w: np.ndarray, channels: int) -> np.ndarray:
+        """The first channels over w^2 (channels, n) of one blur level, in the terms' own precision."""
         low, high = self.w_range
         t = np.clip((2 * w - low - high) / (high - low), -1, 1).astype(self.terms.dtype)
-        out = np.zeros((3, len(u)), self.terms.dtype)
-        for function, term in zip(self.functions(t), self._read_terms(level, u, v), strict=True):
+        out = np.zeros((channels, len(u)), self.terms.dtype)
+        for function, term in zip(self.functions(t), self._read_terms(level, u, v, channels), strict=True):
             for c, channel in enumerate(term):
                 out[c] += function * channel
         return out
@@ -163,27 +180,28 @@ class Table:
         """XYZ over w^2 (rows, columns, 3) at the texels of blur level 0."""
         low, high = self.w_range
         functions = self.functions(np.array([(2 * w - low - high) / (high - low)]))[:, 0]
-        return np.tensordot(functions, self.terms, axes=1)
+        return np.tensordot(functions, self.terms[..., :3], axes=1)
 
-    def _read_terms(self, level: int, u: np.ndarray, v: np.ndarray) -> Iterator[Iterator[np.ndarray]]:
-        """Yield the terms of one blur level, each as its channels (n,), which are sums over the B-spline's texels."""
+    def _read_terms(self, level: int, u: np.ndarray, v: np.ndarray, channels: int) -> Iterator[Iterator[np.ndarray]]:
+        """Yield the terms of one blur level, each as its first channels (n,), which are sums over the B-spline's
+        texels."""
         terms = self.levels[level]
-        _, rows, columns, _ = terms.shape
+        _, rows, columns, held = terms.shape
         (u_low, u_high), (v_low, v_high) = self.region
         texel = self.texel * self.cell.texels(level)
         x, y = (np.clip(u, u_low, u_high) - u_low) / texel, (np.clip(v, v_low, v_high) - v_low) / texel
         places, weights = bspline.patches(
             y + TILE_PADDING, x + TILE_PADDING, (rows, columns), precision=terms.dtype.type
         )
-        # Indices of X in a flattened term. Y and Z follow it.
-        places *= 3
+        # Indices of X in a flattened term. Y, Z and the other channels follow it.
+        places *= held
         for term in terms.reshape(len(terms), -1):
             # All indices are within the term; of NumPy's modes, wrapping is the fastest.
-            yield (np.einsum("mn,mn->n", weights, term[c:].take(places, mode="wrap")) for c in range(3))
+            yield (np.einsum("mn,mn->n", weights, term[c:].take(places, mode="wrap")) for c in range(channels))
 
     def zero_order_xyz(self, w: _Number) -> np.ndarray:
         """Z (..., 3) at w (...,), read by a cubic B-spline as in a renderer."""
-        z = self.zero_order
+        z = self.zero_order[:, :3]
         # Left of the picture, a renderer repeats the first texel. For samples at steps h, the B-spline is off by Z''
         # h^2 / 6, where Z'' is the second derivative of Z.
         around = np.concatenate([z[:1], z, past_end(z)[None]])
