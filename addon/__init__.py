@@ -7,6 +7,7 @@ Enabling the extension loads only what registration needs. Operators and command
 import bpy
 
 from .gratings import grating, levelling_steps, material_look, remembered_bakes
+from .lamps import lamp_spectrum
 from .operators import (
     add_diffraction,
     add_diffraction_lamp,
@@ -47,7 +48,7 @@ from .operators import (
     vary_grating,
     why_black,
 )
-from .ui import direction_panel, facts, folds, object_menu, panel, preset_pictures, steps_panel
+from .ui import direction_panel, facts, folds, lamp_panel, object_menu, panel, preset_pictures, steps_panel
 from .workflow import handlers, previewing_levelling
 
 # Registration order: a property group comes before the property groups that hold it.
@@ -120,6 +121,7 @@ CLASSES = (
     panel.MaterialPanel,
     panel.ShaderPanel,
     direction_panel.DirectionPanel,
+    lamp_panel.LampSpectrumPanel,
     panel.ReferencePanel,
 )
 
@@ -144,6 +146,7 @@ def register() -> None:
             cls.bl_description = " ".join(cls.__doc__.split())  # type: ignore[union-attr]  # the stubs lack it
         bpy.utils.register_class(cls)
     bpy.types.Scene.natural_gratings = bpy.props.PointerProperty(type=grating.SceneGratings)  # type: ignore[func-returns-value]  # the stubs say it returns None
+    setattr(bpy.types.Light, lamp_spectrum.FIELD, lamp_spectrum.spectrum_field())
     setattr(bpy.types.WindowManager, preset_pictures.CHOSEN, preset_pictures.chosen_preset())
     setattr(bpy.types.WindowManager, folds.FOLDS, bpy.props.PointerProperty(type=folds.Folds))  # type: ignore[func-returns-value]  # as above
     bpy.types.TOPBAR_MT_file_import.append(import_height_map.menu_entry)
@@ -176,6 +179,7 @@ def unregister() -> None:
     bpy.types.VIEW3D_MT_light_add.remove(add_diffraction_lamp.menu_entry)
     bpy.types.TOPBAR_MT_file_import.remove(load_bake.menu_entry)
     bpy.types.TOPBAR_MT_file_import.remove(import_height_map.menu_entry)
+    delattr(bpy.types.Light, lamp_spectrum.FIELD)
     delattr(bpy.types.WindowManager, folds.FOLDS)
     delattr(bpy.types.WindowManager, preset_pictures.CHOSEN)
     preset_pictures.forget_pictures()

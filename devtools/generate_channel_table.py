@@ -9,7 +9,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 
-from precompute.colour.channels import correlation_root, weighted_curves
+from precompute.colour.channels import correlation_root, lamp_curves
 from precompute.colour.illuminants import CHANNEL_SETS
 from precompute.colour.observer import observer, spectral_weights, wavelengths
 from precompute.colour.working_space import rgb_from_xyz
@@ -43,7 +43,7 @@ def _best_curves(lamps: tuple[str, ...], count: int) -> np.ndarray:
     """The best curves (401, count) at each nanometre for some lamps, beside XYZ under D65."""
     root = correlation_root()
     held = np.linalg.qr(root @ spectral_weights(wavelengths(1e-9)))[0]
-    wanted = np.hstack([weighted_curves(lamp) @ rgb_from_xyz().T for lamp in lamps])
+    wanted = np.hstack([root @ lamp_curves(lamp) @ rgb_from_xyz().T for lamp in lamps])
     vectors = np.linalg.svd(wanted - held @ (held.T @ wanted), full_matrices=False)[0]
     return np.linalg.solve(root, vectors[:, :count])
 

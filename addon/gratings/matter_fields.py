@@ -98,8 +98,8 @@ def illuminant_text(grating: LitField) -> str:
 
 
 def known_names(typed: str) -> list[str]:
-    """The names and examples that contain a typed text."""
-    from ...precompute.colour.illuminants import LAMPS, named
+    """The names and examples that contain a typed text: lights of several lamps first, then single lamps."""
+    from ...precompute.colour.illuminants import CHANNEL_SETS, names_with
 
-    every = (*LAMPS, "2700K", "D5500", "532nm", *named())
-    return [name for name in every if typed.lower() in name.lower()]
+    several = [name for name in (*CHANNEL_SETS, "led+tube") if typed.lower() in name]
+    return several + names_with(typed)

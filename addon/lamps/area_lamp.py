@@ -14,7 +14,7 @@ import bpy
 
 from ..nodes.builder import Tree, Value
 from ..nodes.interface import Socket
-from .lamp_group import LAMP_INPUTS, LAMP_OUTPUTS, Light, group_of_lamp, light_from, shared_group
+from .lamp_group import LAMP_INPUTS, LAMP_OUTPUTS, Light, group_of_lamp, light_from, shared_group, spectrum_of_lamp
 from .light_linking import read_unlinked
 
 # The variance in rad2 that is left to the table: that of a disc with a radius of 3 degrees. A larger one shows colours
@@ -61,9 +61,9 @@ class WholeLamp(Light):
         return tree.math("LESS_THAN", least, 1.0) * tree.math("GREATER_THAN", along, 0.0)
 
 
-def lamp_and_point(tree: Tree, index: int, linked: bool) -> tuple[WholeLamp, Light]:
+def lamp_and_point(tree: Tree, index: int, linked: bool, *, coloured: bool = False) -> tuple[WholeLamp, Light]:
     """Add nodes for the scene's lamp `index`: the whole lamp, and the light that a sample takes from it. `linked`:
-    apply light linking."""
+    apply light linking. `coloured`: see light_of."""
     outputs = group_of_lamp(tree, lamp_and_point_group(), index)
     tree.feed(outputs[_POINT[0].name].socket.node.inputs[_SEED.name], index + 1.0)
     light, point = (Light(*(outputs[socket.name] for socket in sockets)) for sockets in (LAMP_OUTPUTS, _POINT))
@@ -73,7 +73,8 @@ def lamp_and_point(tree: Tree, index: int, linked: bool) -> tuple[WholeLamp, Lig
         )
     is_area, is_round, away, *axes = (outputs[socket.name] for socket in SHAPE)
     held = light.direction, light.irradiance, light.variance, light.distance, light.casts_shadow
-    return WholeLamp(*held, is_area, is_round, away, (axes[0], axes[1], axes[2])), point
+    shape = is_area, is_round, away, (axes[0], axes[1], axes[2])
+    return WholeLamp(*held, *shape), replace(point, spectrum=spectrum_of_lamp(tree, index, coloured))
 
 
 def lamp_and_point_group() -> bpy.types.NodeTree:

@@ -24,6 +24,13 @@ def read_property(tree: Tree, name: str) -> tuple[Value, Value]:
     return tree.value(vector.outputs[0]), tree.value(number.outputs[0])
 
 
+def read_number(tree: Tree, name: str) -> Value:
+    """Add a node that holds the first number of a custom property of the scene."""
+    socket = tree.node("ShaderNodeValue", label=name).outputs[0]
+    _follow(socket, -1, f'["{name}"][0]')
+    return tree.value(socket)
+
+
 def feed_property(vector: bpy.types.NodeSocket, number: bpy.types.NodeSocket, name: str) -> None:
     """The same for two inputs of a node, without further nodes."""
     for index in range(3):

@@ -13,7 +13,7 @@ import bpy
 from ..blender import stored
 from .drivers import Drivers
 from .find import LAMPS_MAX, LEFT_OUT_MAX, LitBoxes, brightest, lamps_left_out
-from .lamp_properties import ON, PROPERTIES, drive_properties, property_name
+from .lamp_properties import ON, PROPERTIES, SPECTRUM, drive_properties, property_name
 from .rendered_lamps import note_shown
 
 # The indices of the lamps that light diffraction, and of lamps that the artist leaves out.
@@ -97,7 +97,7 @@ def stop_following(scene: bpy.types.Scene) -> None:
 
 def _forget(drivers: Drivers, indices: Sequence[int]) -> bool:
     """Remove the drivers and properties of lamps. Return whether any existed."""
-    names = [property_name(index, what) for index in indices for what in (*PROPERTIES, ON)]
+    names = [property_name(index, what) for index in indices for what in (*PROPERTIES, ON, SPECTRUM)]
     removed = [drivers.remove(name) for name in names]
     return any(removed)
 
@@ -105,6 +105,11 @@ def _forget(drivers: Drivers, indices: Sequence[int]) -> bool:
 def is_on(scene: bpy.types.Scene, index: int) -> bool:
     """Whether the followed lamp with this index was shown when Blender last evaluated the scene."""
     return (stored.numbers(scene, property_name(index, ON), 1) or (0.0,))[0] > 0
+
+
+def coloured_lamps(scene: bpy.types.Scene) -> set[int]:
+    """The indices of the followed lamps that may have another spectrum than white."""
+    return {index for index in range(lamp_count(scene)) if property_name(index, SPECTRUM) in scene}
 
 
 def lamp_count(scene: bpy.types.Scene) -> int:

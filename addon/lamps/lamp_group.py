@@ -17,7 +17,7 @@ lamps of all kinds: a material need not change when a lamp changes its kind, and
 which Blender's undo would lose if no undo step created it."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import bpy
 
@@ -26,8 +26,8 @@ from ..nodes.arrange import arrange
 from ..nodes.builder import Operand, Tree, Value
 from ..nodes.interface import Socket, add_interface, has_sockets
 from ..nodes.node_count import has_parts, note_parts
-from .driven_nodes import feed_property
-from .lamp_properties import PROPERTIES, PackedLamp, property_name, unpack
+from .driven_nodes import feed_property, read_number
+from .lamp_properties import PROPERTIES, SPECTRUM, PackedLamp, property_name, unpack
 from .light_linking import read_unlinked
 
 # Custom property that marks the group, saved in files.
@@ -52,20 +52,28 @@ LAMP_OUTPUTS = (_TO_LIGHT, _IRRADIANCE, _VARIANCE, _DISTANCE, _SHADOW)
 @dataclass(frozen=True)
 class Light:
     """The light from a lamp at the shaded point: unit vector to the lamp, irradiance (W/m2) on a surface that faces it,
-    variance (rad2) of its disc as seen from the point along one axis, distance (m), and 1 or 0 for shadows."""
+    variance (rad2) of its disc as seen from the point along one axis, distance (m), and 1 or 0 for shadows. `spectrum`
+    is its row in the table of lamps; None for a lamp that is white for certain."""
 
     direction: Value
     irradiance: Value
     variance: Value
     distance: Operand
     casts_shadow: Value
+    spectrum: Value | None = field(default=None, kw_only=True)
 
 
-def light_of(tree: Tree, index: int, linked: bool) -> Light:
-    """Add nodes for the scene's lamp `index`. `linked`: apply light linking."""
+def light_of(tree: Tree, index: int, linked: bool, *, coloured: bool = False) -> Light:
+    """Add nodes for the scene's lamp `index`. `linked`: apply light linking. `coloured`: it may be of another spectrum
+    than white."""
     outputs = group_of_lamp(tree, lamp_group(), index)
-    light = Light(*(outputs[socket.name] for socket in LAMP_OUTPUTS))
+    light = Light(*(outputs[socket.name] for socket in LAMP_OUTPUTS), spectrum=spectrum_of_lamp(tree, index, coloured))
     return replace(light, irradiance=light.irradiance * (1.0 - read_unlinked(tree, index))) if linked else light
+
+
+def spectrum_of_lamp(tree: Tree, index: int, coloured: bool) -> Value | None:
+    """Add a node for the row of the scene's lamp `index` in the table of lamps, if it may be `coloured`."""
+    return read_number(tree, property_name(index, SPECTRUM)) if coloured else None
 
 
 def group_of_lamp(tree: Tree, group: bpy.types.NodeTree, index: int) -> dict[str, Value]:
@@ -77,10 +85,16 @@ def group_of_lamp(tree: Tree, group: bpy.types.NodeTree, index: int) -> dict[str
     return outputs
 
 
-def light_of_object(tree: Tree) -> Light:
-    """Add nodes for the lamp whose properties the object itself holds, as its lamp 0 (lamp_properties.py)."""
+def light_of_object(tree: Tree, *, coloured: bool) -> Light:
+    """Add nodes for the lamp whose properties the object itself holds, as its lamp 0 (lamp_properties.py). `coloured`:
+    it may be of another spectrum than white."""
     packed = [value for what in PROPERTIES for value in tree.attribute(property_name(0, what), "OBJECT")]
-    return light_from(tree, packed, label="Lamp")
+    light = light_from(tree, packed, label="Lamp")
+    if not coloured:
+        return light
+    row, _ = tree.attribute(property_name(0, SPECTRUM), "OBJECT")
+    # A single number is a grey colour.
+    return replace(light, spectrum=tree.dot(row, (1.0, 0.0, 0.0)))
 
 
 def light_from(tree: Tree, packed: Sequence[Operand], *, label: str) -> Light:

@@ -19,8 +19,11 @@ The properties of lamp `i` are named `ng_key_<i>_<what>`. Each holds a vector, t
             cosine of the angle within which a spot has full brightness; 2 for an area lamp, 2.5 for a round one, -2
             for others
 
+A lamp that may have another spectrum than white has a fifth property, `spectrum`: one number, its row in the table of
+lamps (lamp_spectrum.py).
+
 Diffraction Lamps read the properties from their own object by Attribute nodes. EEVEE searches for each attribute in a
-separate loop in every pixel, so a lamp has only four properties."""
+separate loop in every pixel, so a white lamp has only four properties."""
 
 import math
 from collections.abc import Sequence
@@ -31,11 +34,14 @@ import bpy
 from ..nodes.builder import Tree, Value
 from .drivers import Drivers, Variable
 from .find import LAMPS_MAX, LEFT_OUT_MAX
+from .lamp_spectrum import is_coloured, row_expression
 from .rendered_lamps import drive_on
 
 PROPERTIES = ("place", "power", "z", "x")
 # One number that the drivers of `power` read: 0 if the render does not show the lamp (rendered_lamps.py).
 ON = "on"
+# The row of a lamp in the table of lamps; absent for a lamp that is white for certain.
+SPECTRUM = "spectrum"
 # The number of lamps in files of earlier versions.
 _LAMPS_BEFORE = 8
 # Shapes of area lamps that are not round.
@@ -116,6 +122,7 @@ def drive_properties(drivers: Drivers, index: int, lamp: bpy.types.Object) -> bo
     axes = {f"{name}{i}": f"matrix_world[{axis}][{i}]" for axis, name in enumerate("xyz") for i in range(3)}
     position = {name: f"matrix_world[3][{i}]" for i, name in enumerate("abc")}
     light = {"energy": "energy", "exposure": "exposure", "heated": "use_temperature", "normalized": "normalize"}
+    light |= {"temperature": "temperature"}
     light |= {f"c{i}": f"color[{i}]" for i in range(3)} | {f"t{i}": f"temperature_color[{i}]" for i in range(3)}
     light |= _size_variables(data) | {"shadow": "use_shadow", "cone": "spot_size", "blend": "spot_blend"}
     paths = axes | position | {name: f"data.{path}" for name, path in light.items()}
@@ -134,13 +141,17 @@ def drive_properties(drivers: Drivers, index: int, lamp: bpy.types.Object) -> bo
         outer = "cos(cone / 2)"
         # A blend of 0 gives a sharp rim. It gets the smallest width that single precision resolves.
         inner = f"{outer} + max((1 - {outer}) * blend, 1e-5)"
-    driven = {
+    driven: dict[str, tuple[str, ...]] = {
         "place": (*place, f"-1 - {variance}" if is_sun else variance),
         "power": (*power, f"{_x_over_y(data)} * (2 * shadow - 1)"),
         "z": (*(f"z{i} / max(pow({_length('z')}, 2), 1e-30)" for i in range(3)), outer),
         "x": (*(f"x{i} * {_x_factor(data)}" for i in range(3)), inner),
     }
     changed = drive_on(drivers, index, lamp, name=property_name(index, ON))
+    if is_coloured(data):
+        driven[SPECTRUM] = (row_expression(data),)
+    else:
+        changed |= drivers.remove(property_name(index, SPECTRUM))
     for what, expressions in driven.items():
         changed |= drivers.drive(property_name(index, what), expressions, variables)
     return changed

@@ -8,7 +8,9 @@ sources are removed (workflow/fitting_worlds.py), and the closures take over all
 animated world have a key in each fitted frame; in other frames they have no light.
 
     place   unit vector to the source; -1 - its variance in rad2 along one axis
-    power   its irradiance, W/m2, in the scene's linear RGB; 1, because shadow rays go to its centre"""
+    power   its irradiance, W/m2, in the scene's linear RGB; 1, because shadow rays go to its centre
+    spectrum  one number: the row of the nearest black body or daylight in the table of lamps; absent if all sources are
+              white"""
 
 from __future__ import annotations
 
@@ -31,15 +33,19 @@ _FINGERPRINT, _MISSED = "ng_world_fingerprint", "ng_world_missed"
 # The fitted frames of an animated world, each with the start of the world's fingerprint there: "1:0f2a 2:77b1".
 _FRAMES, _DIGITS = "ng_world_frames", 16
 _FRAME = re.compile("-?[0-9]{1,7}")
-_NONE = (0.0, 0.0, 0.0, 0.0)
+SPECTRUM = "spectrum"
+_ALWAYS = ("place", "power")
+# The values of a source's properties.
+_Values = dict[str, list[float]]
 
 
 def hold_sources(scene: bpy.types.Scene, sources: Sequence[Source], *, fingerprint: str, missed: float) -> None:
     """Store a fit with at most SOURCES_MAX sources."""
     forget_sources(scene)
-    for index, source in enumerate(sources[:SOURCES_MAX]):
-        for what, values in _values(source).items():
-            scene[source_name(index, what)] = values
+    held = [_values(source) for source in sources[:SOURCES_MAX]]
+    for index, values in enumerate(held):
+        for what in _needed(held):
+            scene[source_name(index, what)] = values[what]
     scene[_FINGERPRINT], scene[_MISSED] = fingerprint, float(missed)
     scene.update_tag()
 
@@ -52,9 +58,10 @@ def hold_frames(
     Raises RuntimeError if the scene's animation cannot be edited."""
     forget_sources(scene)
     most = min(max(map(len, frames.values())), SOURCES_MAX)
+    held = {frame: [_values(source) for source in sources[:most]] for frame, sources in frames.items()}
     for index in range(most):
-        for what in ("place", "power"):
-            keys = list(_keys(frames, index, what))
+        for what in _needed([values for each in held.values() for values in each]):
+            keys = list(_keys(held, index, what))
             scene[source_name(index, what)] = list(keys[0][1])
             key_values(scene, source_name(index, what), keys)
     scene[_FRAMES] = " ".join(f"{frame}:{fingerprints[frame][:_DIGITS]}" for frame in sorted(frames))
@@ -62,20 +69,36 @@ def hold_frames(
     scene.update_tag()
 
 
-def _keys(frames: Mapping[int, Sequence[Source]], index: int, what: str) -> Iterator[tuple[int, Sequence[float]]]:
+def _keys(frames: Mapping[int, Sequence[_Values]], index: int, what: str) -> Iterator[tuple[int, Sequence[float]]]:
     """The keys of one property: the values of each fitted frame, and none before and after it."""
-    yield min(frames) - 1, _NONE
+    none = [0.0] * (1 if what == SPECTRUM else 4)
+    yield min(frames) - 1, none
     for frame, sources in sorted(frames.items()):
-        yield frame, _values(sources[index])[what] if index < len(sources) else _NONE
+        yield frame, sources[index][what] if index < len(sources) else none
         if frame + 1 not in frames:
-            yield frame + 1, _NONE
+            yield frame + 1, none
 
 
-def _values(source: Source) -> dict[str, list[float]]:
+def _values(source: Source) -> _Values:
+    from ...precompute.colour.lamp_table import nearest_row
+    from ..blender import compat
+
+    irradiance = list(map(float, source.irradiance))
     return {
         "place": [*map(float, source.direction), -1.0 - float(source.variance)],
-        "power": [*map(float, source.irradiance), 1.0],
+        "power": [*irradiance, 1.0],
+        SPECTRUM: [nearest_row(irradiance, compat.working_space())],
     }
+
+
+def _needed(sources: Sequence[_Values]) -> tuple[str, ...]:
+    """The properties that some sources need: white ones need no spectrum."""
+    return _ALWAYS if all(values[SPECTRUM] == [0.0] for values in sources) else (*_ALWAYS, SPECTRUM)
+
+
+def coloured_sources(scene: bpy.types.Scene) -> bool:
+    """Whether a source of the scene has another spectrum than white."""
+    return any(source_name(index, SPECTRUM) in scene for index in range(SOURCES_MAX))
 
 
 def notes_frames(scene: bpy.types.Scene) -> bool:
@@ -99,7 +122,7 @@ def is_fitted_frame(scene: bpy.types.Scene, fingerprint: str) -> bool:
 def forget_sources(scene: bpy.types.Scene) -> bool:
     """Remove all stored sources. Return whether there were any."""
     remove_keys(scene)
-    names = [source_name(index, what) for index in range(SOURCES_MAX) for what in ("place", "power")]
+    names = [source_name(index, what) for index in range(SOURCES_MAX) for what in (*_ALWAYS, SPECTRUM)]
     present = [name for name in (*names, _FINGERPRINT, _MISSED, _FRAMES) if name in scene]
     for name in present:
         del scene[name]
@@ -120,8 +143,8 @@ def fitted_world(scene: bpy.types.Scene) -> str:
 
 def _is_whole(scene: bpy.types.Scene) -> bool:
     """Whether the properties of all sources are complete."""
-    noted = [[source_name(index, what) in scene for what in ("place", "power")] for index in range(SOURCES_MAX)]
-    names = [source_name(index, what) for index in range(sum(map(any, noted))) for what in ("place", "power")]
+    noted = [[source_name(index, what) in scene for what in _ALWAYS] for index in range(SOURCES_MAX)]
+    names = [source_name(index, what) for index in range(sum(map(any, noted))) for what in _ALWAYS]
     return all(stored.numbers(scene, name, 4) is not None for name in names)
 
 

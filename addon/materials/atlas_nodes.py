@@ -20,6 +20,10 @@ _LIKELY_LEAST = 1e-3
 _ROUNDING = 1e-5
 
 
+# A place in a bake's picture: that of the first term at a blur level.
+Place = tuple[Value, Value]
+
+
 class AtlasTable:
     """sum_k f_k(t) B_k(u, v) / scale, XYZ over w^2, with one look-up per term. t is w, scaled to the range -1 to 1.
 
@@ -48,14 +52,14 @@ class AtlasTable:
             beyond = [there - here for there, here in zip((*uv, t), (*inner, self.t), strict=True)]
             self.inside = self.inside * tree.math("LESS_THAN", tree.sum_of_squares(*beyond), _ROUNDING**2)
 
-    def around(self, blur: Value) -> tuple[Value, Value | None, Value | float]:
-        """The table at the two blur levels around a variance, and the mixing share of the coarser level.
+    def around(self, blur: Value) -> tuple[Place, Place | None, Value | float]:
+        """The places of the two blur levels around a variance, and the mixing share of the coarser level.
 
         `blur` is the variance in addition to the bake's own. The share gives the mix the right variance. Beyond the
         last level it exceeds 1, and the Mix Shader clamps it. A table with one level gives None and a share of 0."""
         layout, tree = self.layout, self.tree
         if layout.levels == 1:
-            return self.sharp(), None, 0.0
+            return self.sharp, None, 0.0
         cell, spacing = layout.cell, layout.spacing
         # The variance plus the offset, over that of level 0: a geometric sequence over the levels.
         grown = blur.times_plus(1 / (1 + spacing.offset) / layout.sigma_b**2, 1.0)
@@ -66,18 +70,19 @@ class AtlasTable:
         share = (grown * tree.squared(power)).times_plus(steps, -steps)
         # Level 0 has finer texels than the others' rule gives.
         shrink = tree.maximum(power * (1 / cell.coarser), level.times_plus(-1.0, 1.0))
-        finer = self._read(*self._at(level, shrink, may_be_first=True))
-        return finer, self._read(*self._at(level + 1.0, power * (cell.shrink / cell.coarser))), share
+        finer = self._at(level, shrink, may_be_first=True)
+        return finer, self._at(level + 1.0, power * (cell.shrink / cell.coarser)), share
 
-    def sharp(self) -> Value:
-        """The table with the bake's own blur only."""
-        return self._read(self.place[0] + self.first[0], self.place[1] + self.first[1])
+    @property
+    def sharp(self) -> Place:
+        """The place of the level with the bake's own blur only."""
+        return self.place[0] + self.first[0], self.place[1] + self.first[1]
 
     def likely(self, variance: Value) -> Value:
         """About the sum under a kernel of a variance, by one look-up: its first term on the nearest level. Never 0."""
         tree, layout, cell = self.tree, self.layout, self.layout.cell
         spacing = layout.spacing
-        at = self.place[0] + self.first[0], self.place[1] + self.first[1]
+        at = self.sharp
         if layout.levels > 1:
             # Half a level more, so that rounding down gives the nearest.
             steps = spacing.ratio**0.5 / (1 + spacing.offset)
@@ -90,7 +95,7 @@ class AtlasTable:
         # As a number the colour is a mean of X, Y and Z.
         return tree.maximum(tree.value(node.outputs["Color"]), _LIKELY_LEAST)
 
-    def _at(self, level: Value, shrink: Value, *, may_be_first: bool = False) -> tuple[Value, Value]:
+    def _at(self, level: Value, shrink: Value, *, may_be_first: bool = False) -> Place:
         """The image position of the first term at a blur level, by the rule in precompute/table/tiling.py. `shrink`:
         the level's texels along an axis over level 0's. On level 0 the rule gives at most 0, where it begins."""
         tree, cell = self.tree, self.layout.cell
@@ -107,22 +112,22 @@ class AtlasTable:
             x, y = above.times_plus(-left, x), above.times_plus(upward, y)
         return self.place[0].times_plus(shrink, x), self.place[1].times_plus(shrink, y)
 
-    def _read(self, x: Value, y: Value) -> Value:
-        """The sum, given the image position of the first term.
+    def read(self, place: Place, triple: int = 0) -> Value:
+        """The sum at a place: XYZ, or the next three channels of a triple (precompute/colour/channels.py).
 
         The terms' tiles form columns and rows, so their positions need one addition per column and per row. A vector
         addition per term would take more of EEVEE's 64 KiB for a material's constants."""
-        tree, layout = self.tree, self.layout
+        tree, layout, (x, y) = self.tree, self.layout, place
         first = layout.cell_origin(0)
         columns, rows = {first[0]: x}, {first[1]: y}
         terms = []
         for k in range(layout.terms):
-            column, row = layout.cell_origin(k)
+            column, row = layout.cell_origin(k, triple)
             if column not in columns:
                 columns[column] = x + (column - first[0]) / self.size[0]
             if row not in rows:
                 rows[row] = y + (row - first[1]) / self.size[1]
-            terms.append(tree.image(self.image, tree.vector(columns[column], rows[row], 0.0), label=f"B{k}"))
+            terms.append(tree.image(self.image, tree.vector(columns[column], rows[row], 0.0), _label("B", k, triple)))
         if self.functions is None:
             return _chebyshev_sum(terms, self.t)
         total = terms[0] * self.functions[0]
@@ -195,11 +200,16 @@ def _over(value: float | tuple[float, float], size: tuple[int, int]) -> tuple[fl
     return x / size[0], y / size[1], 0.0
 
 
-def zero_order_xyz(tree: Tree, image: bpy.types.Image, layout: Layout, *, w: Value) -> Value:
-    """Z(w), the colour of the zero order (the mirror image), in XYZ."""
+def _label(letter: str, number: int | str, triple: int) -> str:
+    return f"{letter}{number}" + (f" of channels {3 * triple + 1} to {3 * triple + 3}" if triple else "")
+
+
+def zero_order_at(tree: Tree, image: bpy.types.Image, layout: Layout, *, w: Value, triple: int = 0) -> Value:
+    """Z(w), the colour of the zero order (the mirror image), in XYZ or the next three channels of a triple."""
     step = (layout.zero_order_samples - 1) / 2
     x = w.times_plus(step / layout.width, 0.5 / layout.width)
-    return tree.image(image, tree.vector(x, STRIP_ROWS / 2 / layout.height, 0.0), label="Z")
+    y = STRIP_ROWS * (triple + 0.5) / layout.height
+    return tree.image(image, tree.vector(x, y, 0.0), _label("Z", "", triple))
 
 
 def albedo_bound(tree: Tree, of_light: Value, of_view: Value) -> Value:
@@ -215,6 +225,6 @@ def excess_albedo(tree: Tree, image: bpy.types.Image, layout: Layout, *, way: Di
     along = tree.math("INVERSE_SQRT", cosine.times_plus(sum_, sum_))
     middle = layout.bound_texels / 2
     step = _over(1 / bound_texel(layout.bound_texels), size)
-    place = (way.vector * along).times_plus(step, _over((middle, STRIP_ROWS + middle), size))
+    place = (way.vector * along).times_plus(step, _over((middle, layout.curve_rows + middle), size))
     # All channels are equal, so Blender's conversion of a colour to a number does not change the value.
     return tree.math("DIVIDE", tree.image(image, place, label="X"), cosine)

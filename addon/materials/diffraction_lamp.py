@@ -26,10 +26,11 @@ from ..lamps.drivers import Drivers
 from ..lamps.find import DIFFRACTION_LAMP
 from ..lamps.lamp_group import light_of_object
 from ..lamps.lamp_properties import drive_properties
+from ..lamps.lamp_spectrum import is_coloured
 from ..nodes.arrange import arrange
 from ..nodes.builder import Tree
 from ..nodes.interface import Socket
-from .response import IRRADIANCE, NORMAL, TANGENT, TO_LIGHT, VARIANCE, ZERO_ORDER, Response
+from .response import IRRADIANCE, NORMAL, SPECTRUM, TANGENT, TO_LIGHT, VARIANCE, ZERO_ORDER, Response
 
 # Ray visibility to switch off: these rays would also see the grating, whose material shows the same light.
 _UNSEEN_BY = ("visible_camera", "visible_glossy", "visible_transmission")
@@ -48,7 +49,7 @@ def new_diffraction_lamp(
     data.size, data.normalize, data.energy, data.spread = size_m, False, math.pi, math.pi
     for factor in _EEVEE_FACTORS:
         setattr(data, factor, 0.0)
-    _add_nodes(data, response, strength, settings)
+    _add_nodes(data, response, strength, settings, coloured=is_coloured(lamp.data))
     diffraction_lamp = bpy.data.objects.new(data.name, data)
     for kind in _UNSEEN_BY:
         setattr(diffraction_lamp, kind, False)
@@ -56,14 +57,18 @@ def new_diffraction_lamp(
     return diffraction_lamp
 
 
-def _add_nodes(data: bpy.types.Light, response: Response, strength: float, settings: Mapping[Socket, float]) -> None:
+def _add_nodes(
+    data: bpy.types.Light, response: Response, strength: float, settings: Mapping[Socket, float], *, coloured: bool
+) -> None:
     compat.enable_nodes(data)
     data.node_tree.nodes.clear()
     tree = Tree(data.node_tree)
     n, along = (tree.normalize(tree.from_object(axis)) for axis in ((0.0, 0.0, -1.0), (1.0, 0.0, 0.0)))
     t = tree.normalize(along - n * tree.dot(n, along))
-    light = light_of_object(tree)
+    light = light_of_object(tree, coloured=coloured and response.is_spectral)
     asked = {NORMAL: n, TANGENT: t, TO_LIGHT: light.direction, IRRADIANCE: light.irradiance, VARIANCE: light.variance}
+    if light.spectrum is not None:
+        asked[SPECTRUM] = light.spectrum
     answer = response.to_lamp(tree, {**asked, ZERO_ORDER: 1.0, **settings})
     power = tree.dot(light.irradiance, (1.0, 1.0, 1.0))
     lit = tree.math("GREATER_THAN", tree.minimum(tree.dot(light.direction, n), power), 0.0)

@@ -6,9 +6,9 @@ from itertools import zip_longest
 import bpy
 
 from ..gratings.lights_choice import REST
-from ..lamps.follow import followed_lamps, lamp_count, left_out_count
+from ..lamps.follow import coloured_lamps, followed_lamps, lamp_count, left_out_count
 from ..lamps.light_linking import is_linked
-from ..lamps.sky import source_count
+from ..lamps.sky import coloured_sources, source_count
 from .group_properties import diffraction_groups, lamps_in, left_out_in, lights_of
 
 
@@ -22,6 +22,16 @@ def areas_of_file() -> set[int]:
     """The indices of the lamps that are area lamps in some scene of the file."""
     lamps = (pair for scene in bpy.data.scenes for pair in enumerate(followed_lamps(scene)))
     return {index for index, lamp in lamps if lamp.data.type == "AREA"}
+
+
+def coloured_of_file() -> set[int]:
+    """The indices of the lamps that may have another spectrum than white in some scene of the file."""
+    return set().union(*map(coloured_lamps, bpy.data.scenes))
+
+
+def has_coloured_sources() -> bool:
+    """Whether a source of a world in the file has another spectrum than white."""
+    return any(map(coloured_sources, bpy.data.scenes))
 
 
 def left_out_of_file() -> int:

@@ -19,6 +19,9 @@ LEFT_OUT = "ng_left_out"
 # For each lamp, whether it is an area lamp in some scene, up to the last that is. Groups from earlier versions lack it:
 # their area lamps are round Gaussians.
 AREAS = "ng_areas"
+# For each lamp, whether it may have another spectrum than white in some scene, up to the last that may; and whether a
+# source of a world may. Groups from earlier versions lack both, and take all light for white.
+SPECTRA, SOURCE_SPECTRA = "ng_spectra", "ng_source_spectra"
 # The number of world sources available to the group.
 SOURCES = "ng_sources"
 # The number of sources that the group reads, and the bytes of its constants. Groups from earlier versions lack both:
@@ -77,6 +80,22 @@ def areas_in(group: bpy.types.NodeTree) -> set[int]:
 def note_areas(group: bpy.types.NodeTree, indices: set[int]) -> None:
     """Set the indices of the lamps that a Diffraction group shows as area lamps."""
     group[AREAS] = [index in indices for index in range(max(indices, default=0) + 1)]
+
+
+def coloured_in(group: bpy.types.NodeTree) -> set[int]:
+    """The indices of the lamps whose spectrum a Diffraction group reads."""
+    return {index for index, is_coloured in enumerate(stored.flags(group, SPECTRA, LAMPS_MAX)) if is_coloured}
+
+
+def note_coloured(group: bpy.types.NodeTree, indices: set[int], *, sources: bool) -> None:
+    """Set the indices of the lamps whose spectrum a Diffraction group reads, and whether it reads those of sources."""
+    group[SPECTRA] = [index in indices for index in range(max(indices, default=0) + 1)]
+    group[SOURCE_SPECTRA] = sources
+
+
+def reads_source_spectra(group: bpy.types.NodeTree) -> bool:
+    """Whether a Diffraction group reads the spectra of world sources."""
+    return stored.flag(group, SOURCE_SPECTRA)
 
 
 def traces_shadows(group: bpy.types.NodeTree) -> bool:

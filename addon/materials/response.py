@@ -48,6 +48,7 @@ ZERO_ORDER = Socket(
     "Zero Order", "Float", "0: without the mirror reflection, which another shader shows", 1.0, 0.0, 1.0, "FACTOR"
 )
 SHARP = Socket("Sharp", "Float", "1: an order comes from one direction; 0: from a lobe", 0.0, 0.0, 1.0, "FACTOR")
+SPECTRUM = Socket("Spectrum", "Float", "The lamp's row in the table of lamps; 0 is white", 0.0)
 # Settings on the material that all responses may use.
 SETTINGS = (ROUGHNESS, IOR, PERIOD_SCALE, HEIGHT_SCALE)
 QUESTION = (NORMAL, TANGENT, TO_LIGHT, IRRADIANCE, VARIANCE, ZERO_ORDER, *SETTINGS)
@@ -64,6 +65,12 @@ LIKELY = Socket("Likely", "Float", "About the light per irradiance, at little co
 ONE_RADIANCE = (RADIANCE,)
 TWO_RADIANCES = (*ONE_RADIANCE, COARSER, COARSER_SHARE)
 RADIANCES = (*TWO_RADIANCES, MIRRORED, MIRRORED_SHARE, LIKELY)
+# The radiances under a lamp of a SPECTRUM, which a bake of more channels than XYZ also has.
+OF_LAMP = {
+    each: Socket(f"{each.name} of Lamp", "Color", f"{each.text}, by the lamp's own spectrum")
+    for each in (RADIANCE, COARSER, MIRRORED)
+}
+SPECTRAL_RADIANCES = (*RADIANCES, *OF_LAMP.values())
 
 MIRROR = Socket("Mirror", "Color", "Reflectance of the mirror reflection (zero order)")
 MIRROR_ROUGHNESS = Socket("Mirror Roughness", "Float", "Roughness of the mirror reflection")
@@ -205,8 +212,9 @@ def is_in_other_space(response: Response) -> bool:
 
 @dataclass(frozen=True)
 class Response:
-    """A node group that computes the light of one lamp: its inputs are among QUESTION, its outputs ONE_RADIANCE or
-    TWO_RADIANCES. `world` is the node group for light from all directions; None if there is none."""
+    """A node group that computes the light of one lamp: its inputs are among QUESTION, its outputs ONE_RADIANCE,
+    TWO_RADIANCES, RADIANCES, or with the input SPECTRUM also SPECTRAL_RADIANCES. `world` is the node group for light
+    from all directions; None if there is none."""
 
     group: bpy.types.NodeTree
     world: bpy.types.NodeTree | None = None
@@ -219,15 +227,25 @@ class Response:
 
     def to_lamp(self, tree: Tree, question: Mapping[Socket, Operand], *, number: int = 1) -> Emission:
         """Add the response's node for a lamp and return its emission. `question` has a value for each socket of
-        QUESTION. `number` distinguishes the responses in one tree."""
+        QUESTION, and for SPECTRUM if the lamp may have one. `number` distinguishes the responses in one tree."""
         outputs = self._asked(tree, question, _numbered(_LABEL, number))
-        others = (outputs.get(socket.name) for socket in (COARSER, COARSER_SHARE, MIRRORED, MIRRORED_SHARE))
-        return Emission(outputs[RADIANCE.name], *others)
+        own = OF_LAMP if SPECTRUM in question and self.is_spectral else {}
+        radiance, *others = (
+            outputs.get(own.get(socket, socket).name)
+            for socket in (RADIANCE, COARSER, COARSER_SHARE, MIRRORED, MIRRORED_SHARE)
+        )
+        assert radiance is not None  # every response has it
+        return Emission(radiance, *others)
+
+    @property
+    def is_spectral(self) -> bool:
+        """Whether it can tell the light of lamps of several spectra."""
+        return has_sockets(self.group, (SPECTRUM,), SPECTRAL_RADIANCES)
 
     @property
     def tells_likely(self) -> bool:
         """Whether it can tell about how much light it sends. Groups from earlier versions cannot."""
-        return has_sockets(self.group, (), RADIANCES)
+        return has_sockets(self.group, (), RADIANCES) or self.is_spectral
 
     def likely(self, tree: Tree, question: Mapping[Socket, Operand], *, number: int = 1) -> Value:
         """Add the response's node for a lamp and return about the light that it sends to the viewer per irradiance, in
@@ -236,6 +254,8 @@ class Response:
 
     def _asked(self, tree: Tree, question: Mapping[Socket, Operand], label: str) -> dict[str, Value]:
         asked = {socket.name: question[socket] for socket in self.inputs}
+        if SPECTRUM in question and self.is_spectral:
+            asked[SPECTRUM.name] = question[SPECTRUM]
         return tree.group(self.group, asked, label=label)
 
     def to_world(self, tree: Tree, question: Mapping[Socket, Operand], *, number: int = 1) -> WorldAnswer | None:
@@ -305,7 +325,8 @@ def _has_answer(label: str, tree: bpy.types.NodeTree) -> bool:
     """Whether a node group has the sockets that belong to the label of its node."""
     if label.startswith(_WORLD_LABEL):
         return has_sockets(tree, WORLD_QUESTION, WORLD_ANSWER)
-    return any(has_sockets(tree, (), outputs) for outputs in (RADIANCES, TWO_RADIANCES, ONE_RADIANCE))
+    kinds = (SPECTRAL_RADIANCES, RADIANCES, TWO_RADIANCES, ONE_RADIANCE)
+    return any(has_sockets(tree, (), outputs) for outputs in kinds)
 
 
 def _response(found: Mapping[str, bpy.types.NodeTree | None], number: int) -> Response:

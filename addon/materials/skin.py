@@ -38,10 +38,18 @@ from ..nodes.eevee_constants import ROOM, constant_bytes
 from ..nodes.interface import Socket, add_interface, has_sockets, restore_interface
 from ..nodes.node_count import has_parts, note_parts
 from . import group_properties
-from .file_lights import areas_of_file, lamps_of_file, left_out_of_file, sources_of_file
+from .file_lights import (
+    areas_of_file,
+    coloured_of_file,
+    has_coloured_sources,
+    lamps_of_file,
+    left_out_of_file,
+    sources_of_file,
+)
 from .group_properties import (
     answers_every_lamp,
     areas_in,
+    coloured_in,
     counts_footprint,
     diffraction_groups,
     frame_of,
@@ -50,6 +58,8 @@ from .group_properties import (
     left_out_in,
     lights_of,
     note_areas,
+    note_coloured,
+    reads_source_spectra,
     sources_in,
     traces_shadows,
     variation_of,
@@ -97,6 +107,7 @@ def group_around(name: str, response: Response, *, shadows: bool = True, lights:
     group[group_properties.SHADOWS], group[group_properties.LIGHTS] = shadows, lights
     group[group_properties.LEFT_OUT] = left_out_of_file()
     note_areas(group, areas_of_file())
+    note_coloured(group, coloured_of_file(), sources=has_coloured_sources())
     fill_group(group, (response,), lamps_of_file(), sources=sources_of_file())
     return group
 
@@ -107,6 +118,7 @@ def set_lighting(group: bpy.types.NodeTree, *, shadows: bool, lights: str) -> No
         group[group_properties.SHADOWS], group[group_properties.LIGHTS] = shadows, lights
         group[group_properties.LEFT_OUT] = left_out_of_file()
         note_areas(group, areas_of_file())
+        note_coloured(group, coloured_of_file(), sources=has_coloured_sources())
         fill_group(group, responses_in(group), lamps_in(group), sources=sources_of_file())
 
 
@@ -232,7 +244,7 @@ def show_lamps(*, exactly: bool) -> None:
     if not groups:
         return
     wanted, sources, left_out = lamps_of_file(), sources_of_file(), left_out_of_file()
-    areas = areas_of_file()
+    areas, coloured, coloured_sources = areas_of_file(), coloured_of_file(), has_coloured_sources()
     for group in groups:
         present, held, masks, shapes = lamps_in(group), sources_in(group), left_out_in(group), areas_in(group)
         lamps = wanted if exactly else [a or b for a, b in zip_longest(wanted, present, fillvalue=False)]
@@ -240,9 +252,21 @@ def show_lamps(*, exactly: bool) -> None:
         count = (sources if exactly else max(sources, held)) if reads_sources else held
         wanted_masks = (left_out if exactly else max(left_out, masks)) if reads_sources else masks
         wanted_shapes = (areas if exactly else areas | shapes) if reads_sources else shapes
-        if (present, held, masks, shapes) != (lamps, count, wanted_masks, wanted_shapes):
+        spectra, of_sources = coloured_in(group), reads_source_spectra(group)
+        wanted_spectra = (coloured if exactly else coloured | spectra), coloured_sources or (of_sources and not exactly)
+        spectral = [response for response in responses_in(group) if response.is_spectral]
+        if not spectral:
+            wanted_spectra = spectra, of_sources
+        else:
+            from .lamp_table_nodes import renew_lamp_table  # most files do not need it
+
+            for response in spectral:
+                renew_lamp_table(response.group)
+        now, wanted_now = (present, held, masks, shapes), (lamps, count, wanted_masks, wanted_shapes)
+        if (*now, (spectra, of_sources)) != (*wanted_now, wanted_spectra):
             group[group_properties.LEFT_OUT] = wanted_masks
             note_areas(group, wanted_shapes)
+            note_coloured(group, wanted_spectra[0], sources=wanted_spectra[1])
             fill_group(group, responses_in(group), lamps, sources=count)
 
 

@@ -28,10 +28,12 @@ from .footprint import with_footprint
 from .group_properties import (
     answers_every_lamp,
     areas_in,
+    coloured_in,
     counts_footprint,
     frame_of,
     left_out_in,
     lights_of,
+    reads_source_spectra,
     traces_shadows,
     variation_of,
 )
@@ -42,6 +44,7 @@ from .response import (
     ROUGHNESS,
     SETTINGS,
     SHARP,
+    SPECTRUM,
     TANGENT,
     TO_LIGHT,
     VARIANCE,
@@ -85,6 +88,8 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
     for made in (lamp_group(), either_group(), lamp_and_point_group(), left_group()):
         tree.group(made)
     # Likewise the response's World group, while it is unused.
+    spectral = any(response.is_spectral for response in responses)
+    coloured = coloured_in(group) if spectral else set()
     lights = lights_of(group) if all(response.world is not None for response in responses) else LAMPS_ONLY
     asked_of_world: dict[Socket, Operand] = {NORMAL: n, TANGENT: t, SHARP: float(lights == REST), **settings}
     worlds = [(response.to_world(tree, asked_of_world, number=k), area) for k, (response, area) in reliefs]
@@ -92,18 +97,25 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
     whole: list[Light] = []
     left_out: list[Light] = []
     if lights == REST:
-        pairs = [lamp_for_table(tree, k, linked, is_area=k in areas_in(group)) for k, linked in enumerate(lamps)]
-        pairs += [(source, source) for source in (source_light(tree, index) for index in range(sources))]
+        pairs = [
+            lamp_for_table(tree, k, linked, is_area=k in areas_in(group), coloured=k in coloured)
+            for k, linked in enumerate(lamps)
+        ]
+        of_world = spectral and reads_source_spectra(group)
+        found = (source_light(tree, index, coloured=of_world) for index in range(sources))
+        pairs += [(source, source) for source in found]
         whole, lit_by = ([pair[which] for pair in pairs] for which in range(2))
         left_out = [light_of(tree, LAMPS_MAX + index, False) for index in range(left_out_in(group))]
     else:
-        lit_by = [light_of(tree, index, linked) for index, linked in enumerate(lamps)]
+        lit_by = [light_of(tree, index, linked, coloured=index in coloured) for index, linked in enumerate(lamps)]
     shares = [table_share(tree, light) for light in lit_by] if lights == REST else []
     not_for_closures: list[tuple[Light, Value | float]] = [(light, table_share(tree, light)) for light in whole]
     not_for_closures += [(light, 1.0) for light in left_out]
 
     def asked_of(light: Light) -> dict[Socket, Operand]:
         asked: dict[Socket, Operand] = {NORMAL: n, TANGENT: t, ZERO_ORDER: zero_order, **to_lamps}
+        if light.spectrum is not None:
+            asked[SPECTRUM] = light.spectrum
         return asked | {TO_LIGHT: light.direction, IRRADIANCE: light.irradiance, VARIANCE: light.variance}
 
     def likely(light: Light, share: Value | None) -> Value:

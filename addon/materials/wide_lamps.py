@@ -24,13 +24,14 @@ _LIGHT = (*LAMP_OUTPUTS[:3], Socket("Share", "Float", "The share of the lamp tha
 _LEFT = Socket("Left", "Float", "The share of the light from there that is left for a closure")
 
 
-def lamp_for_table(tree: Tree, index: int, linked: bool, *, is_area: bool) -> tuple[Light, Light]:
+def lamp_for_table(tree: Tree, index: int, linked: bool, *, is_area: bool, coloured: bool) -> tuple[Light, Light]:
     """Add nodes for the scene's lamp `index`: the lamp for closures, and its light as the table shows it. `linked`:
-    apply light linking. `is_area`: it may be an area lamp, which takes a hundred nodes more."""
+    apply light linking. `is_area`: it may be an area lamp, which takes a hundred nodes more. `coloured`: it may be of
+    another spectrum than white."""
     if not is_area:
-        light = light_of(tree, index, linked)
+        light = light_of(tree, index, linked, coloured=coloured)
         return light, light
-    lamp, point = lamp_and_point(tree, index, linked)
+    lamp, point = lamp_and_point(tree, index, linked, coloured=coloured)
     # The point has a small variance, for which table_share gives 1.
     shown = (table_share(tree, lamp) - 1.0) * lamp.is_area + 1.0
     return lamp, replace(point, irradiance=point.irradiance * shown)

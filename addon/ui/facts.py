@@ -105,6 +105,7 @@ class GratingFacts:
     variation: str = ""
     hologram: str = "None"
     crowded: tuple[str, ...] = ()
+    far_lamps: tuple[str, ...] = ()
     no_set: str = ""
 
 
@@ -182,7 +183,7 @@ def _shown(scene: bpy.types.Scene) -> tuple[object, ...]:
 def _find(scene: bpy.types.Scene, layer: str, depsgraph: bpy.types.Depsgraph) -> _Found:
     changes, start = change_count(), time.monotonic()
     grating = scene.natural_gratings.active()
-    facts = Facts(_of_scene(scene, depsgraph), GratingFacts() if grating is None else _of_grating(grating))
+    facts = Facts(_of_scene(scene, depsgraph), GratingFacts() if grating is None else _of_grating(grating, scene))
     now = time.monotonic()
     found = _found[scene.name_full] = _Found(facts, _shown(scene), layer, changes, now, now - start)
     return found
@@ -249,7 +250,7 @@ def _frames(scene: bpy.types.Scene) -> str:
     return translated(text, count=len(frames), first=min(frames), last=max(frames))
 
 
-def _of_grating(grating: Grating) -> GratingFacts:
+def _of_grating(grating: Grating, scene: bpy.types.Scene) -> GratingFacts:
     scans: tuple[str, ...] = ()
     fault = None
     try:
@@ -261,6 +262,7 @@ def _of_grating(grating: Grating) -> GratingFacts:
     if group is None:
         return GratingFacts(scans, fault, _outdated(grating), variation=Variation().summary)
     from ..materials.group_users import on_objects, shown_by
+    from ..materials.lamp_errors import far_lamps
     from ..workflow.adding_holograms import hologram_summary
 
     objects = shown_by(group)
@@ -274,6 +276,7 @@ def _of_grating(grating: Grating) -> GratingFacts:
         variation=variation_of(group).summary,
         hologram=hologram_summary(group),
         crowded=tuple(crowded(group)),
+        far_lamps=tuple(far_lamps(group, scene)),
         no_set=f"{grating.name}: {translated(NO_SAMPLE_SET)}" if lacks_set else "",
     )
 

@@ -3,10 +3,13 @@
 
 from ..blender import compat
 from ..gratings.lights_choice import ALL, LAMPS_ONLY, LIGHTS, REST
+from ..gratings.matter_fields import DAYLIGHT
 from ..gratings.wording import in_words, marked, translated
+from ..lamps.lamp_spectrum import FIELD, seen_spectrum
 from ..operators.add_diffraction_lamp import AddDiffractionLamp
 from ..operators.add_light_rig import AddLightRig
 from ..operators.add_sky_sun import AddSkySun
+from ..operators.bake_grating import BakeGrating
 from ..operators.choose_lights import ChooseLights
 from ..operators.count_lamp import CountLamp
 from ..operators.fit_frames import FitFrames
@@ -43,9 +46,9 @@ def draw_light(layout, context, grating, *, facts: Facts) -> None:
         lights = LAMPS_ONLY
     column = layout.column(align=True)
     for lamp in scene.lamps:
-        _draw_lamp(column, lamp, counts=True, can_choose=lights != ALL)
+        _draw_lamp(column, context, lamp, counts=True, can_choose=lights != ALL)
     for lamp in scene.others[:_OTHERS_MAX]:
-        _draw_lamp(column, lamp, counts=lights == ALL, can_choose=lights != ALL)
+        _draw_lamp(column, context, lamp, counts=lights == ALL, can_choose=lights != ALL)
     if len(scene.others) > _OTHERS_MAX:
         more = translated(
             "and {count} more; select one and use Object > Natural Gratings", count=len(scene.others) - _OTHERS_MAX
@@ -62,6 +65,10 @@ def draw_light(layout, context, grating, *, facts: Facts) -> None:
         draw_note(column, context, left_out if scene.others else none, icon="INFO")
     for line in facts.scene.features:
         draw_note(column, context, line, icon="INFO")
+    for line in facts.grating.far_lamps if lights != ALL else ():
+        draw_note(column, context, line, icon="INFO")
+        button = column.operator(BakeGrating.bl_idname, text="Bake for These Lamps", icon="RENDER_STILL")
+        button.for_lamps = True
     note = layout.column(align=True)
     note.active = False
     draw_note(note, context, _LIT_BY[lights])
@@ -88,8 +95,8 @@ def draw_warnings(layout, context, facts: Facts) -> None:
         column.operator(MendMaterials.bl_idname, icon="FILE_REFRESH")
 
 
-def _draw_lamp(column, lamp: LampFact, *, counts: bool, can_choose: bool) -> None:
-    """Draw a lamp's name, and the button that leaves it out or keeps it in."""
+def _draw_lamp(column, context, lamp: LampFact, *, counts: bool, can_choose: bool) -> None:
+    """Draw a lamp's name, the button that leaves it out or keeps it in, and its spectrum."""
     row = column.row(align=True)
     if can_choose:
         icon = "CHECKBOX_HLT" if counts else "CHECKBOX_DEHLT"
@@ -98,6 +105,14 @@ def _draw_lamp(column, lamp: LampFact, *, counts: bool, can_choose: bool) -> Non
     row.active = counts and not lamp.hidden
     name = translated("{name} (hidden)", name=lamp.name) if lamp.hidden else lamp.name
     row.label(text=name, icon=_ICONS[lamp.kind], translate=False)
+    thing = context.scene.objects.get(lamp.name)
+    if counts and can_choose and thing is not None and thing.type == "LIGHT":
+        draw_spectrum(row, thing.data)
+
+
+def draw_spectrum(row, light) -> None:
+    """Draw the field of a lamp's spectrum. An empty field shows the spectrum that the lamp has."""
+    row.prop(light, FIELD, text="", placeholder=seen_spectrum(light) or DAYLIGHT)
 
 
 def _draw_world(column, context, scene: SceneFacts) -> None:

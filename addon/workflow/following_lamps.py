@@ -11,6 +11,7 @@ from ..lamps.follow import counted_lamps, follow_lamps
 from ..lamps.light_linking import is_linked, mark_unlinked
 from ..materials.data_pictures import wrong_colours
 from ..materials.file_lights import follows_light_linking, linked_with_fewer_lamps
+from ..materials.group_properties import diffraction_groups
 from ..materials.skin import needs_lamps, show_lamps
 from .fitting_worlds import unfitted_world
 
@@ -45,6 +46,17 @@ def update_all_lamps(*, exactly: bool = True, in_viewport: bool = False) -> None
             update_lamps(scene, exactly=exactly, in_viewport=in_viewport)
 
 
+def _lines_on_spectra(scene: bpy.types.Scene) -> list[str]:
+    """A warning for each grating whose colours are off under the spectra of the scene's lamps."""
+    from ..materials.lamp_errors import far_lamps  # most files never need this module
+
+    return [
+        f"{group.name}: {line}; bake it for these lamps"
+        for group in diffraction_groups()
+        for line in far_lamps(group, scene)
+    ]
+
+
 def add_sun(scene: bpy.types.Scene) -> bpy.types.Object:
     """Add a slanting sun to the scene and return it."""
     data = bpy.data.lights.new("Sun", "SUN")
@@ -65,6 +77,6 @@ def warnings_about(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> li
         remedy = "keep one in" if lamps_of(scene) else "add a sun"
         lines = [f"scene {scene.name}: {which}, so with Lamps Only the diffraction is black; {remedy}"]
     lines += unfollowed_features(scene, counted) + unfitted_world(scene)
-    lines += linked_with_fewer_lamps(scene) + wrong_colours(scene)
+    lines += linked_with_fewer_lamps(scene) + wrong_colours(scene) + _lines_on_spectra(scene)
     instanced = instanced_lamps(depsgraph)
     return [*lines, instances_are_not_followed(instanced)] if instanced else lines

@@ -26,6 +26,7 @@ from ..blender.guard import guarded
 from ..blender.rendering import is_rendering
 from ..blender.window import has_window
 from ..lamps.follow import follow_lamps, followed_lamps, has_lost_lamps, left_out_lamps, stop_following
+from ..lamps.lamp_spectrum import FIELD
 from ..lamps.rendered_lamps import show_as_rendered
 from ..materials.data_pictures import wrong_colours
 from ..materials.group_properties import is_diffraction
@@ -187,14 +188,17 @@ def _update_lamps(scene: bpy.types.Scene, *, exactly: bool = False) -> None:
 
 
 def _state(scene: bpy.types.Scene) -> tuple[object, ...]:
-    """What drivers cannot follow of a scene's followed lamps: type, light linking, visibility in each view layer."""
+    """What drivers cannot follow of a scene's followed lamps: type, spectrum, light linking, visibility in each view
+    layer."""
     return tuple(_state_of(lamp, scene) for lamp in (*followed_lamps(scene), *left_out_lamps(scene)))
 
 
 def _state_of(lamp: bpy.types.Object, scene: bpy.types.Scene) -> tuple[object, ...]:
     linked_to = lamp.light_linking.receiver_collection
     shown = [lamp.visible_get(view_layer=layer) for layer in scene.view_layers]
-    return lamp.name_full, lamp.data.type, getattr(lamp.data, "shape", ""), linked_to and linked_to.name_full, *shown
+    linked = linked_to and linked_to.name_full
+    kind = lamp.data.type, getattr(lamp.data, "shape", ""), lamp.data.use_temperature, getattr(lamp.data, FIELD, "")
+    return lamp.name_full, *kind, linked, *shown
 
 
 def _follow_world(scene: bpy.types.Scene) -> None:

@@ -18,8 +18,8 @@ from pathlib import Path
 
 import numpy as np
 
-from .illuminants import CHANNEL_SETS, FIRST, line_of, parts_of
-from .observer import integration_rule, interpolated_weights, mirror_xyz, spectral_weights, wavelengths
+from .illuminants import CHANNEL_SETS, ILLUMINANTS, line_of, parts_of, spectrum
+from .observer import integration_rule, interpolated_weights, mirror_xyz, observer, spectral_weights, wavelengths
 from .working_space import lamp_rgb, rgb_from_xyz, rgb_over_lamp
 
 # How far apart the wavelengths are, in nanometres, over which a reflectance is correlated, as a standard deviation; and
@@ -77,7 +77,8 @@ def lamp_matrix(illuminant: str, lamp: str) -> np.ndarray:
         return np.eye(3, channel_count(illuminant), before)
     if len(parts) == 1:
         return np.linalg.solve(rgb_from_xyz(), lamp_rgb("Rec.709", lamp)[:, None] * rgb_from_xyz("Rec.709", illuminant))
-    return (_least_squares(illuminant) @ np.vstack([weighted_curves(lamp), _CONSTANT * mirror_xyz(lamp)])).T
+    least_squares, of_constant = _least_squares(illuminant)
+    return (least_squares @ lamp_curves(lamp) + of_constant[:, None] * mirror_xyz(lamp)).T
 
 
 def scene_matrix(space: str, illuminant: str, lamp: str) -> np.ndarray:
@@ -89,13 +90,15 @@ def scene_matrix(space: str, illuminant: str, lamp: str) -> np.ndarray:
 
 
 @cache
-def _least_squares(illuminant: str) -> np.ndarray:
-    """The matrix (channels, 402) from a lamp's weighted_curves, and its constant spectrum, to its matrix' columns."""
+def _least_squares(illuminant: str) -> tuple[np.ndarray, np.ndarray]:
+    """The matrix (channels, 401) from a lamp's curves to its matrix' columns, and the vector (channels,) from its
+    mirror's colour."""
     nm = wavelengths(1e-9)
-    curves = correlation_root() @ channel_weights(nm, illuminant)
-    constant = _CONSTANT * channel_weights(nm, illuminant).sum(axis=0)
+    weights = channel_weights(nm, illuminant)
+    curves = np.vstack([correlation_root() @ weights, _CONSTANT * weights.sum(axis=0)])
     scale = np.abs(curves).max(axis=0)
-    return np.linalg.pinv(np.vstack([curves, constant]) / scale, rcond=1e-9) / scale[:, None]
+    inverse = np.linalg.pinv(curves / scale, rcond=1e-9) / scale[:, None]
+    return inverse[:, :-1] @ correlation_root(), _CONSTANT * inverse[:, -1]
 
 
 @cache
@@ -107,8 +110,10 @@ def correlation_root() -> np.ndarray:
     return np.linalg.cholesky(correlated + _UNCORRELATED * np.eye(len(nm))).T
 
 
-@cache
-def weighted_curves(lamp: str) -> np.ndarray:
-    """The curves (401, 3) of a lamp's XYZ, times correlation_root."""
+def lamp_curves(lamp: str) -> np.ndarray:
+    """The weights (401, 3) of XYZ under a lamp, at each nanometre from 380 to 780."""
     nm = wavelengths(1e-9)
-    return correlation_root() @ (spectral_weights(nm) if lamp == FIRST else _weights_of_part(nm * 1e9, lamp))
+    if lamp in ILLUMINANTS or line_of(lamp):
+        return spectral_weights(nm, lamp) if lamp in ILLUMINANTS else _weights_of_part(nm * 1e9, lamp)
+    products = observer(nm, "E") * np.interp(nm * 1e9, *spectrum(lamp), left=0, right=0)[:, None]
+    return products * (mirror_xyz(lamp)[1] / products[:, 1].sum())

@@ -80,6 +80,12 @@ def named() -> tuple[str, ...]:
     return (*ILLUMINANTS, "A", *_DAYLIGHTS, *(name for name in _table() if name not in ("nm", "S0", "S1", "S2")))
 
 
+def names_with(typed: str) -> list[str]:
+    """The names and examples of single lights that contain a typed text."""
+    every = (*LAMPS, "2700K", "D5500", "532nm", *named())
+    return [name for name in every if typed.lower() in name.lower()]
+
+
 def canonical(text: str) -> str:
     """The canonical text of an illuminant, of one of LAMPS, or of several parts.
 

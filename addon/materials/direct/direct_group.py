@@ -19,6 +19,9 @@
 | Mirror Share (out) | z  |         |         | share of Mirror; 0 where there is no mirror image |
 | Likely (out)   |        |         |         | about the radiance per irradiance, in units of the table's scale |
 
+A bake with more channels than XYZ has one more input, Spectrum: the lamp's row in the table of lamps. Its outputs
+"Finer of Lamp", "Coarser of Lamp" and "Mirror of Lamp" are the radiances by the lamp's own spectrum.
+
     Lo = E [ 4 cos(ti)^2 cos(tr) Q p^2 c^2 sum_k f_k(t(c w)) B_k(p u, p v) + z R cos(ti) Z(c w) kernel(u, v) ]
 
 This is f * E * cos(ti) of a dielectric (docs/theory.md); the w^2 of its factor cancels the table's. Q is the small
@@ -48,10 +51,11 @@ from ....precompute.table.atlas import Layout
 from ...nodes.arrange import arrange
 from ...nodes.builder import Tree, Value
 from ...nodes.interface import add_interface
-from ..atlas_nodes import AtlasTable, albedo_bound, excess_albedo, zero_order_xyz
+from ..atlas_nodes import AtlasTable, albedo_bound, excess_albedo, zero_order_at
 from ..gamut_nodes import shown_rgb
+from ..lamp_table_nodes import LampColours
 from ..plate_nodes import Plate
-from ..response import QUESTION, RADIANCES, Response
+from ..response import QUESTION, RADIANCES, SPECTRAL_RADIANCES, SPECTRUM, Response
 from ..small_slope_nodes import dielectric_ior, small_slope_reflectance
 from ..tangent_space import Direction
 
@@ -64,10 +68,17 @@ _KERNEL_ENDS = 42.0
 _WIDER, _ZERO_ORDER_LIKELY = 4.0, 0.5
 
 
-def build_direct_group(name: str, image: bpy.types.Image, layout: Layout, *, rgb_from_xyz: np.ndarray) -> Response:
-    """The response of one bake. `image` holds its atlas; rgb_from_xyz (3, 3) converts to the scene's linear space."""
+def build_direct_group(
+    name: str, image: bpy.types.Image, layout: Layout, *, rgb_from_xyz: np.ndarray,
+    lamp_table: bpy.types.Image | None = None,
+) -> Response:  # fmt: skip
+    """The response of one bake. `image` holds its atlas; rgb_from_xyz (3, 3) converts to the scene's linear space.
+    `lamp_table` (lamp_table_nodes.py) is for a bake with more channels than XYZ."""
     group = bpy.data.node_groups.new(f"{GROUP_PREFIX} {name}", "ShaderNodeTree")
-    add_interface(group, QUESTION, RADIANCES)
+    if lamp_table is None:
+        add_interface(group, QUESTION, RADIANCES)
+    else:
+        add_interface(group, (*QUESTION, SPECTRUM), SPECTRAL_RADIANCES)
     tree = Tree(group)
     asked = tree.inputs()
     inputs = (asked[socket.name] for socket in QUESTION)
@@ -88,10 +99,9 @@ def build_direct_group(name: str, image: bpy.types.Image, layout: Layout, *, rgb
     blur = largest * tree.squared(to_light.cosine).times_plus(0.5, 0.5) + slope * slope * 0.5
     table = AtlasTable(tree, image, layout, uv=(u * period_scale, v * period_scale), w=w * height_scale)
     # Period Scale stretches the relief's own kernel, but not the blur by lamp and roughness.
-    finer, coarser, share = table.around(blur * (period_scale * period_scale))
+    *places, share = table.around(blur * (period_scale * period_scale))
 
     gain, reflected = irradiance, None
-    mirrored = zero_order_xyz(tree, image, layout, w=w * height_scale)
     if layout.holds_reflectance:
         excesses = (excess_albedo(tree, image, layout, way=way) for way in (light, view))
         gain = irradiance * (1.0 / albedo_bound(tree, *excesses))
@@ -107,20 +117,36 @@ def build_direct_group(name: str, image: bpy.types.Image, layout: Layout, *, rgb
         gain = gain * plate.factor(tree, (to_light, to_view), (light, view))
     scattered = factor * table.inside * (tree.squared(period_scale * height_scale) * layout.scale)
 
-    def radiance(xyz: Value, factor: Value) -> Value:
-        return shown_rgb(tree, rgb_from_xyz, xyz) * (gain * factor)
-
-    finer = radiance(finer, scattered)
-    coarser = finer if coarser is None else radiance(coarser, scattered)
     variance = blur + layout.sigma_b**2
     kernel = tree.math("POWER", math.exp(-0.5), uv2 / variance) / variance * light.cosine * (1 / (2 * math.pi))
-    mirrored = radiance(mirrored, kernel if reflected is None else kernel * reflected)
+    mirrored = kernel if reflected is None else kernel * reflected
+
+    def channels(triple: int) -> list[Value]:
+        """Three channels at each of the places, and of the mirror image."""
+        scattered_light = [table.read(place, triple) for place in places if place is not None]
+        return [*scattered_light, zero_order_at(tree, image, layout, w=w * height_scale, triple=triple)]
+
+    factors = [gain * scattered] * sum(place is not None for place in places) + [gain * mirrored]
+
+    def radiances(colours: list[Value]) -> list[Value]:
+        """The finer radiance, the coarser one, and that of the mirror image, from their colours."""
+        finer, *coarser, mirror = (colour * factor for colour, factor in zip(colours, factors, strict=True))
+        return [finer, coarser[0] if coarser else finer, mirror]
+
+    xyz = channels(0)
+    finer, coarser, mirrored = radiances([shown_rgb(tree, rgb_from_xyz, each) for each in xyz])
+    of_lamp: list[Value] = []
+    if lamp_table is not None:
+        colours = LampColours(tree, lamp_table, asked[SPECTRUM.name], layout.triples)
+        others = [channels(triple) for triple in range(1, layout.triples)]
+        of_lamp = radiances([colours.shown(triples) for triples in zip(xyz, *others, strict=True)])
     near = tree.math("LESS_THAN", uv2, variance * _KERNEL_ENDS) * zero_order
     # Constants in Cycles for suns: the variance of a lamp at the normal, and wider than the kernel on purpose.
     wide = (largest + tree.squared(roughness * roughness) * 2.0).times_plus(_WIDER, _WIDER * layout.sigma_b**2)
     likely = table.likely(wide * (period_scale * period_scale))
     at_mirror = wide * (_ZERO_ORDER_LIKELY / (2 * math.pi) / layout.scale) * zero_order
     likely = likely + at_mirror / tree.squared(uv2 + wide)
-    tree.output(finer, coarser, share, mirrored, near, likely * tree.maximum(light.cosine, 0.0))
+    likely = likely * tree.maximum(light.cosine, 0.0)
+    tree.output(finer, coarser, share, mirrored, near, likely, *of_lamp)
     arrange(group)
     return Response(group)

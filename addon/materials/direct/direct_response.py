@@ -13,6 +13,8 @@ from ....precompute.table.atlas_file import matter_in, read_sound_header
 from ....precompute.table.sample_set import path_beside
 from ....precompute.table.sample_set import read_sound_header as read_sound_set_header
 from ...blender import compat
+from ..lamp_errors import note_lamp_errors
+from ..lamp_table_nodes import lamp_table_image, note_lamp_table
 from ..lobes.lobes_group import build_world_group
 from ..lobes.random_draw import SampleSetNodes, reflectance_image, wavelengths_image
 from ..pictures import content_of, note_content, note_pictures, picture_of
@@ -37,13 +39,17 @@ def direct_response(path: Path) -> Response:
     image = load_atlas(path, half=record.get("precision") != "float32")
     matrix = rgb_from_xyz(compat.working_space(), layout.illuminant)
     name = printable(path.stem)
-    response = build_direct_group(name, image, layout, rgb_from_xyz=matrix)
+    lamps = lamp_table_image(layout.illuminant) if layout.triples > 1 else None
+    response = build_direct_group(name, image, layout, rgb_from_xyz=matrix, lamp_table=lamps)
     note_working_space(response)
+    note_lamp_errors(response.group, layout.illuminant, record.get("delta_e", {}).get("lamps", {}))
     matter = matter_in(layout, record, path)
     if matter.opaque:
         note_opaque(response)
     if layout.plate_ior != NO_PLATE:
         note_plate(response, layout.plate_ior)
+    if lamps is not None:
+        note_lamp_table(response.group, layout.illuminant)
     note_pictures(response.group)
     if draws_layout is None:
         return response

@@ -164,7 +164,7 @@ def _colour(
     """The table's colour at a place, with X + Y + Z = scale; black outside of the table."""
     tree = surface.tree
     table = AtlasTable(tree, surface.image, surface.layout, uv=uv, w=w * surface.height_scale)
-    xyz = table.sharp()
+    xyz = table.read(table.sharp)
     total = tree.maximum(tree.dot(xyz, (1.0, 1.0, 1.0)), _SUM_MIN)
     colour = shown_rgb(tree, rgb_from_xyz, xyz) * tree.math("DIVIDE", table.inside * scale, total)
     # No light has a larger component than the most saturated colour. Rounding errors of the table in the dark may.

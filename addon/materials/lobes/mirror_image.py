@@ -22,7 +22,7 @@ With Phi and phi of the normal distribution, and y = phi(x) / Phi(x), two fits r
 import numpy as np
 
 from ...nodes.builder import Tree, Value
-from ..atlas_nodes import zero_order_xyz
+from ..atlas_nodes import zero_order_at
 from ..gamut_nodes import shown_rgb
 from ..tangent_space import Direction
 from .seen_surface import COSINE_MIN, SeenSurface
@@ -44,7 +44,7 @@ def mirror_image(surface: SeenSurface, rgb_from_xyz: np.ndarray, sigma: float) -
     (w, answer), (other_w, other) = (_point(surface, u, sine) for u in (middle - spread, middle + spread))
     total = answer + other
     w = tree.math("DIVIDE", other.times_plus(other_w, answer * w), total)
-    colour = zero_order_xyz(tree, surface.image, surface.layout, w=w * surface.height_scale)
+    colour = zero_order_at(tree, surface.image, surface.layout, w=w * surface.height_scale)
     half_share = _polynomial(cut, [0.5 * (power == 0) - 0.5 * each for power, each in enumerate(_LOST)])
     return tree.blend(total * half_share * surface.is_seen, 0.0, shown_rgb(tree, rgb_from_xyz, colour))
 

@@ -60,7 +60,7 @@ def _constants(bake_path: Path, layout: Layout, rgb_from_xyz: np.ndarray) -> dic
         "ZERO_ORDER_SAMPLES": layout.zero_order_samples,
         # The position of the normal in the table of the excess albedo, and the texel spacing.
         "BOUND_X": (layout.bound_texels - 1) / 2,
-        "BOUND_Y": STRIP_ROWS + (layout.bound_texels - 1) / 2,
+        "BOUND_Y": layout.curve_rows + (layout.bound_texels - 1) / 2,
         "BOUND_TEXEL": bound_texel(layout.bound_texels) if layout.holds_reflectance else 1.0,
         "HOLDS_REFLECTANCE": int(layout.holds_reflectance),
         "IOR_MAX": IOR_MAX,
