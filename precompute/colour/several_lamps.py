@@ -39,7 +39,8 @@ def stated_error(lamp: str, light: str, stated: Mapping[str, tuple[float, float]
         found = _DAYLIGHT.fullmatch(lamp)
         near = "D5500" if found is None or int(found[1]) < 7000 else "10000K"
         return stated.get(near)
-    alike = [pair for name, pair in stated.items() if name.startswith("LED-") == lamp.startswith("LED-")]
+    bands = {name: pair for name, pair in stated.items() if not _SMOOTH.fullmatch(name)}
+    alike = [pair for name, pair in bands.items() if name.startswith("LED-") == lamp.startswith("LED-")]
     return max(alike, key=lambda pair: pair[1], default=None)
 
 
