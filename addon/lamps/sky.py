@@ -34,14 +34,21 @@ _FINGERPRINT, _MISSED = "ng_world_fingerprint", "ng_world_missed"
 _FRAMES, _DIGITS = "ng_world_frames", 16
 _FRAME = re.compile("-?[0-9]{1,7}")
 SPECTRUM = "spectrum"
+# Property of the scene: the row of the rest of its world; absent if that is white, and for an animated world.
+REST_SPECTRUM = "ng_world_rest_spectrum"
 _ALWAYS = ("place", "power")
 # The values of a source's properties.
 _Values = dict[str, list[float]]
 
 
-def hold_sources(scene: bpy.types.Scene, sources: Sequence[Source], *, fingerprint: str, missed: float) -> None:
-    """Store a fit with at most SOURCES_MAX sources."""
+def hold_sources(
+    scene: bpy.types.Scene, sources: Sequence[Source], *, fingerprint: str, missed: float,
+    rest: Sequence[float] = (1.0, 1.0, 1.0),
+) -> None:  # fmt: skip
+    """Store a fit with at most SOURCES_MAX sources. `rest` is the light of everything else, of any scale."""
     forget_sources(scene)
+    if row := _row(rest):
+        scene[REST_SPECTRUM] = [row]
     held = [_values(source) for source in sources[:SOURCES_MAX]]
     for index, values in enumerate(held):
         for what in _needed(held):
@@ -79,15 +86,20 @@ def _keys(frames: Mapping[int, Sequence[_Values]], index: int, what: str) -> Ite
             yield frame + 1, none
 
 
-def _values(source: Source) -> _Values:
+def _row(rgb: Sequence[float]) -> float:
+    """The row of a light's colour in the table of lamps."""
     from ...precompute.colour.lamp_table import nearest_row
     from ..blender import compat
 
+    return nearest_row(rgb, compat.working_space())
+
+
+def _values(source: Source) -> _Values:
     irradiance = list(map(float, source.irradiance))
     return {
         "place": [*map(float, source.direction), -1.0 - float(source.variance)],
         "power": [*irradiance, 1.0],
-        SPECTRUM: [nearest_row(irradiance, compat.working_space())],
+        SPECTRUM: [_row(irradiance)],
     }
 
 
@@ -97,8 +109,8 @@ def _needed(sources: Sequence[_Values]) -> tuple[str, ...]:
 
 
 def coloured_sources(scene: bpy.types.Scene) -> bool:
-    """Whether a source of the scene has another spectrum than white."""
-    return any(source_name(index, SPECTRUM) in scene for index in range(SOURCES_MAX))
+    """Whether a source of the scene, or the rest of its world, has another spectrum than white."""
+    return REST_SPECTRUM in scene or any(source_name(index, SPECTRUM) in scene for index in range(SOURCES_MAX))
 
 
 def notes_frames(scene: bpy.types.Scene) -> bool:
@@ -123,7 +135,7 @@ def forget_sources(scene: bpy.types.Scene) -> bool:
     """Remove all stored sources. Return whether there were any."""
     remove_keys(scene)
     names = [source_name(index, what) for index in range(SOURCES_MAX) for what in (*_ALWAYS, SPECTRUM)]
-    present = [name for name in (*names, _FINGERPRINT, _MISSED, _FRAMES) if name in scene]
+    present = [name for name in (*names, REST_SPECTRUM, _FINGERPRINT, _MISSED, _FRAMES) if name in scene]
     for name in present:
         del scene[name]
     if present:

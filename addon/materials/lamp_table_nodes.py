@@ -22,8 +22,10 @@ _ILLUMINANT, _MADE_FOR = "ng_light_of_bake", "ng_lamps"
 _ROWS = len(lamps_of_table()) + FURTHER_MAX
 
 
-def renew_lamp_table(group: bpy.types.NodeTree) -> None:
+def renew_lamp_table(group: bpy.types.NodeTree | None) -> None:
     """Exchange the table of lamps of a response's node group if lamps have got spectra of other files."""
+    if group is None:
+        return
     illuminant = stored.text(group, _ILLUMINANT)
     nodes = [node for node in group.nodes if node.type == "TEX_IMAGE" and node.label.startswith(LABEL)]
     if not illuminant or group.library is not None or not nodes or nodes[0].image is None:

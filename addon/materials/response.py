@@ -79,6 +79,12 @@ LOBE_NORMAL = Socket("Lobe Normal", "Vector", "Normal of the mirror that sends t
 LOBE_ROUGHNESS = Socket("Lobe Roughness", "Float", "Roughness of the reflection of the order")
 LOBE_DIRECTION = Socket("Lobe Direction", "Vector", "Unit vector to where the order comes from")
 WORLD_ANSWER = (MIRROR, MIRROR_ROUGHNESS, LOBE, LOBE_NORMAL, LOBE_ROUGHNESS, LOBE_DIRECTION)
+# Both colours under a world of a SPECTRUM, which a bake of more channels than XYZ also has.
+OF_WORLD = {
+    each: Socket(f"{each.name} of World", "Color", f"{each.text}, by the world's own spectrum")
+    for each in (MIRROR, LOBE)
+}
+SPECTRAL_WORLD_ANSWER = (*WORLD_ANSWER, *OF_WORLD.values())
 
 _LABEL, _WORLD_LABEL, _LIKELY_LABEL = "Response", "World Response", "Likely Response"
 _NUMBERED = re.compile("(?:World |Likely )?Response(?: ([1-9][0-9]*))?")
@@ -260,12 +266,14 @@ class Response:
 
     def to_world(self, tree: Tree, question: Mapping[Socket, Operand], *, number: int = 1) -> WorldAnswer | None:
         """Add the response's node for light from unknown directions, if it has one, and return the closures, else None.
-        `question` has a value for each socket of WORLD_QUESTION."""
+        `question` has a value for each socket of WORLD_QUESTION, and for SPECTRUM if the world may have one."""
         if self.world is None:
             return None
-        asked = {socket.name: question[socket] for socket in WORLD_QUESTION}
+        spectral = SPECTRUM in question and has_sockets(self.world, (SPECTRUM,), SPECTRAL_WORLD_ANSWER)
+        asked = {socket.name: question[socket] for socket in (*WORLD_QUESTION, *([SPECTRUM] if spectral else []))}
         outputs = tree.group(self.world, asked, label=_numbered(_WORLD_LABEL, number))
-        return WorldAnswer(plate_of(self), *(outputs[socket.name] for socket in WORLD_ANSWER))
+        own = OF_WORLD if spectral else {}
+        return WorldAnswer(plate_of(self), *(outputs[own.get(socket, socket).name] for socket in WORLD_ANSWER))
 
 
 def response_in(group: bpy.types.NodeTree) -> Response | None:
@@ -324,7 +332,7 @@ def _sound_trees(group: bpy.types.NodeTree) -> dict[str, bpy.types.NodeTree | No
 def _has_answer(label: str, tree: bpy.types.NodeTree) -> bool:
     """Whether a node group has the sockets that belong to the label of its node."""
     if label.startswith(_WORLD_LABEL):
-        return has_sockets(tree, WORLD_QUESTION, WORLD_ANSWER)
+        return any(has_sockets(tree, WORLD_QUESTION, answer) for answer in (WORLD_ANSWER, SPECTRAL_WORLD_ANSWER))
     kinds = (SPECTRAL_RADIANCES, RADIANCES, TWO_RADIANCES, ONE_RADIANCE)
     return any(has_sockets(tree, (), outputs) for outputs in kinds)
 

@@ -262,6 +262,7 @@ def show_lamps(*, exactly: bool) -> None:
 
             for response in spectral:
                 renew_lamp_table(response.group)
+                renew_lamp_table(response.world)
         now, wanted_now = (present, held, masks, shapes), (lamps, count, wanted_masks, wanted_shapes)
         if (*now, (spectra, of_sources)) != (*wanted_now, wanted_spectra):
             group[group_properties.LEFT_OUT] = wanted_masks

@@ -19,8 +19,10 @@ import bpy
 from ..direction.tangent_frame import frame_nodes
 from ..gratings.lights_choice import ALL, LAMPS_ONLY, REST
 from ..lamps.area_lamp import lamp_and_point_group
+from ..lamps.driven_nodes import read_number
 from ..lamps.find import LAMPS_MAX
 from ..lamps.lamp_group import Light, lamp_group, light_of
+from ..lamps.sky import REST_SPECTRUM
 from ..lamps.sky_nodes import source_light
 from ..nodes.builder import Operand, Tree, Value
 from ..nodes.interface import Socket
@@ -92,6 +94,9 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
     coloured = coloured_in(group) if spectral else set()
     lights = lights_of(group) if all(response.world is not None for response in responses) else LAMPS_ONLY
     asked_of_world: dict[Socket, Operand] = {NORMAL: n, TANGENT: t, SHARP: float(lights == REST), **settings}
+    of_world = spectral and lights == REST and reads_source_spectra(group)
+    if of_world:
+        asked_of_world[SPECTRUM] = read_number(tree, REST_SPECTRUM)
     worlds = [(response.to_world(tree, asked_of_world, number=k), area) for k, (response, area) in reliefs]
     zero_order = float(lights == LAMPS_ONLY)
     whole: list[Light] = []
@@ -101,7 +106,6 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
             lamp_for_table(tree, k, linked, is_area=k in areas_in(group), coloured=k in coloured)
             for k, linked in enumerate(lamps)
         ]
-        of_world = spectral and reads_source_spectra(group)
         found = (source_light(tree, index, coloured=of_world) for index in range(sources))
         pairs += [(source, source) for source in found]
         whole, lit_by = ([pair[which] for pair in pairs] for which in range(2))

@@ -4,6 +4,7 @@
 import bpy
 
 from ...precompute.base.failure import GratingError
+from ..blender.guard import guarded_draw
 from ..gratings.wording import in_words
 from ..lamps.lamp_spectrum import FIELD, canonical_spectrum, spectrum_of
 from .light_part import draw_spectrum
@@ -22,10 +23,13 @@ class LampSpectrumPanel(bpy.types.Panel):
 
     @classmethod
     def poll(cls, context):
-        return context.light is not None
+        return getattr(context, "light", None) is not None
 
+    @guarded_draw
     def draw(self, context):
-        light = context.light
+        light = getattr(context, "light", None)
+        if light is None:  # Blender draws once more after the last lamp was deleted
+            return
         draw_spectrum(self.layout, light)
         if getattr(light, FIELD) and not spectrum_of(light):
             draw_note(self.layout, context, _fault(getattr(light, FIELD)), icon="ERROR")

@@ -119,6 +119,14 @@ def missed(radiance: np.ndarray, sources: Sequence[Source]) -> float:
     return lost / light if light else 0.0
 
 
+def light_of_rest(radiance: np.ndarray, sources: Sequence[Source]) -> np.ndarray:
+    """The light (3,) of a panorama (rows, cols, 3) that belongs to no source: its radiance summed over the solid
+    angle."""
+    cells = panorama_cells(*radiance.shape[:2])
+    outside = owners(sources, cells.directions) < 0
+    return cells.solid_angles[outside] @ clean(radiance)[outside]
+
+
 @dataclass(frozen=True)
 class _Piece:
     """A source and the light that gave its direction and variance: above the surroundings, in each of some cells."""

@@ -20,9 +20,13 @@ from precompute.colour.observer import white_xyz
 from precompute.colour.working_space import lamp_rgb, rgb_over_lamp
 from precompute.table import atlas_file
 from precompute.table.radiance import reflected_xyz
+from tests.addon.worlds.made import painted, world_with
+from tests.precompute.world_sources.worlds import picture, sky
 
 from .conftest import read_channels, rgb_of
 from .test_radiance import TURN, assign, geometry, shape
+from .world_scenes import add_ball, look_at_ball
+from .world_scenes import assign as world_assign
 
 ENGINES = ["cycles", "eevee"]
 RGB_FROM_XYZ = rgb_over_lamp("Rec.709", "D65")
@@ -214,19 +218,6 @@ def test_a_file_s_spectrum_has_a_row_of_its_own(stage, bakes, tmp_path):
     assert np.abs(stage.rgb() - own).max() > 0.05 * own.max()
 
 
-@pytest.mark.parametrize(
-    "text", ["nosuch", "smooth", "FL11+FL2", "0K", "900K", "399nm", "nowhere/lamp.csv", "-5nm", "LED", "D100"]
-)
-def test_a_text_that_names_no_lamp_leaves_it_white(stage, bakes, text):
-    lamp = sun(stage, (0.1, -0.7, 0.9))
-    lit(stage, bakes, "led+tube")
-    white = stage.rgb()
-    lamp.data.diffraction_spectrum = text
-    bpy.context.view_layer.update()
-    assert lamp.data.diffraction_spectrum == text
-    np.testing.assert_array_equal(stage.rgb(), white)
-
-
 OPENED = """
 import sys
 import os
@@ -252,3 +243,32 @@ def test_a_file_renders_alike_without_the_extension(files, bakes, tmp_path):
     words = [sys.executable, "-c", OPENED, str(tmp_path / "lamps.blend"), str(picture)]
     subprocess.run(words, env=alone, check=True, capture_output=True, cwd=tmp_path)
     np.testing.assert_array_equal(rgb_of(read_channels(picture)), with_it)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_random_order_has_the_spectrum_of_the_world(stage, bakes, engine):
+    """All light of a smooth world comes by the random order. Under a line every direction has the colour of the world,
+    where daylight shows all hues."""
+    colour = lamp_rgb("Rec.709", "2700K")
+    world, background = world_with("ShaderNodeTexEnvironment")
+    image = painted(picture(sky()).mean(axis=-1, keepdims=True) * colour)
+    image.pack()
+    background.inputs["Color"].links[0].from_node.image = image
+    stage.scene.world = world
+    add_ball()
+    look_at_ball(stage)
+    world_assign(stage, bakes("D65+532nm")[0], "REST")
+    assert round(stage.scene["ng_world_rest_spectrum"][0]) == row_of("2700K")
+
+    def hues(row):
+        stage.scene["ng_world_rest_spectrum"] = [float(row)]
+        stage.scene.update_tag()
+        bpy.context.view_layer.update()
+        found = stage.rgb(engine, 32, 16, f"{row}") / colour
+        lit = found[found.mean(axis=-1) > 0.2 * found.mean()]
+        return np.abs(lit / lit.mean(axis=-1, keepdims=True) - 1).mean()
+
+    # Single precision, and a few roundings of EEVEE's half floats.
+    assert hues(row_of("532nm")) < (1e-5 if engine == "cycles" else 2**-8)
+    if engine == "cycles":
+        assert hues(0) > 0.03

@@ -59,7 +59,9 @@ def direct_response(path: Path) -> Response:
         wavelengths_image(layout.illuminant, draws_layout.wavelength),
         reflectance_image(matter, layout.illuminant) if matter.baked else None,
     )
-    world = build_world_group(name, image, layout, draws=draws, rgb_from_xyz=matrix)
+    world = build_world_group(name, image, layout, draws=draws, rgb_from_xyz=matrix, lamp_table=lamps)
+    if lamps is not None:
+        note_lamp_table(world, layout.illuminant)
     note_pictures(world)
     return replace(response, world=world)
 

@@ -50,7 +50,8 @@ from ...nodes.builder import Tree, Value
 from ...nodes.interface import add_interface
 from ..atlas_nodes import AtlasTable
 from ..gamut_nodes import shown_rgb
-from ..response import WORLD_ANSWER, WORLD_QUESTION
+from ..lamp_table_nodes import LampColours
+from ..response import SPECTRAL_WORLD_ANSWER, SPECTRUM, WORLD_ANSWER, WORLD_QUESTION
 from ..small_slope_nodes import dielectric_ior, small_slope_reflectance
 from ..tangent_space import Direction
 from .mirror_image import mirror_image, mirror_roughness, roughness_of
@@ -60,14 +61,22 @@ from .seen_surface import COSINE_MIN, SeenSurface
 GROUP_PREFIX = "Diffraction World"
 # The least X + Y + Z of the table relative to its scale, to avoid a division by 0.
 _SUM_MIN = 1e-9
+# How much larger a component may be, over the world's own, than under daylight: a single hue of blue light under 2000 K
+# is brighter beside the little blue of the lamp itself.
+_OF_WORLD = 4.0
 
 
 def build_world_group(
-    name: str, image: bpy.types.Image, layout: Layout, *, draws: SampleSetNodes, rgb_from_xyz: np.ndarray
-) -> bpy.types.NodeTree:
-    """The World group of one bake, from its atlas and its sample set. rgb_from_xyz (3, 3) gives the scene's RGB."""
+    name: str, image: bpy.types.Image, layout: Layout, *, draws: SampleSetNodes, rgb_from_xyz: np.ndarray,
+    lamp_table: bpy.types.Image | None = None,
+) -> bpy.types.NodeTree:  # fmt: skip
+    """The World group of one bake, from its atlas and its sample set. rgb_from_xyz (3, 3) gives the scene's RGB.
+    `lamp_table` (lamp_table_nodes.py) is for a bake with more channels than XYZ."""
     group = bpy.data.node_groups.new(f"{GROUP_PREFIX} {name}", "ShaderNodeTree")
-    add_interface(group, WORLD_QUESTION, WORLD_ANSWER)
+    if lamp_table is None:
+        add_interface(group, WORLD_QUESTION, WORLD_ANSWER)
+    else:
+        add_interface(group, (*WORLD_QUESTION, SPECTRUM), SPECTRAL_WORLD_ANSWER)
     tree = Tree(group)
     asked = tree.inputs()
     n, t, sharp, roughness, ior, period_scale, height_scale = (asked[each.name] for each in WORLD_QUESTION)
@@ -79,7 +88,10 @@ def build_world_group(
     surface = SeenSurface(tree, image, layout, Direction.seen_in(tree, wr, (t, b, n)), ior, height_scale)
     skin = tree.squared(tree.squared(roughness))
     sigma = layout.sigma_b * layout.plate_ior  # above a plate
-    mirrored = mirror_image(surface, rgb_from_xyz, sigma)
+    colours = None
+    if lamp_table is not None:
+        colours = LampColours(tree, lamp_table, asked[SPECTRUM.name], layout.triples)
+    mirrored, *mirrored_of_world = mirror_image(surface, rgb_from_xyz, sigma, colours)
 
     draw = draws.add_to(tree, tree.value(geometry.outputs["Position"]))
     variance = _variance(tree, draw, layout.sigma_b, draws.layout.blur)
@@ -94,17 +106,21 @@ def build_world_group(
     order = _Order.of(surface, across, along)
     # The constant factors of all draws: D, the weights' scale, and the 4 of a dielectric.
     scale = drawn_weight(layout.illuminant) * draws.layout.scale * (1.0 if layout.holds_reflectance else 4.0)
-    colour = _colour(surface, rgb_from_xyz, scale, uv=(u, v), w=order.w)
+    table = _Looked(surface, scale, uv=(u, v), w=order.w)
     inverse = tree.math("DIVIDE", height_scale, draw.wavelength)
     gain = tree.squared(inverse) * draw.weight(order.w * inverse) * _gain(surface, order, draw)
-    lobe = tree.blend(tree.maximum(gain, 0.0), 0.0, colour)
+    gain = tree.maximum(gain, 0.0)
+    lobe = tree.blend(gain, 0.0, table.colour(rgb_from_xyz))
+    of_world = mirrored_of_world
+    if colours is not None:
+        of_world = [*mirrored_of_world, tree.blend(gain, 0.0, table.colour_of_world(colours, rgb_from_xyz))]
 
     alpha2 = tree.math("DIVIDE", variance * (2 * layout.plate_ior**2), tree.squared(order.sum_above[2])) + skin
     lobe_roughness = roughness_of(tree, alpha2) * (1.0 - sharp)
     half_way = order.half_way(surface, (t, b, n))
     to_light = tree.blend(2.0, wr, half_way)
     mirror = mirrored, mirror_roughness(surface, sigma, skin)
-    tree.output(*mirror, lobe, half_way, lobe_roughness, to_light)
+    tree.output(*mirror, lobe, half_way, lobe_roughness, to_light, *of_world)
     arrange(group)
     return group
 
@@ -158,18 +174,31 @@ def _variance(tree: Tree, draw: Draw, sigma_b: float, blur: float) -> Value | fl
     return tree.maximum(tree.squared(draw.wavelength).times_plus(-(blur**2), sigma_b**2), 0.0)
 
 
-def _colour(
-    surface: SeenSurface, rgb_from_xyz: np.ndarray, scale: float, *, uv: tuple[Value, Value], w: Value
-) -> Value:
-    """The table's colour at a place, with X + Y + Z = scale; black outside of the table."""
-    tree = surface.tree
-    table = AtlasTable(tree, surface.image, surface.layout, uv=uv, w=w * surface.height_scale)
-    xyz = table.read(table.sharp)
-    total = tree.maximum(tree.dot(xyz, (1.0, 1.0, 1.0)), _SUM_MIN)
-    colour = shown_rgb(tree, rgb_from_xyz, xyz) * tree.math("DIVIDE", table.inside * scale, total)
-    # No light has a larger component than the most saturated colour. Rounding errors of the table in the dark may.
-    red, green, blue = (float(row.max()) * scale for row in rgb_from_xyz)
-    return tree.vector_math("MINIMUM", colour, (red, green, blue))
+class _Looked:
+    """The table at a place of an order. Its colours have X + Y + Z = scale under daylight, and are black outside of the
+    table."""
+
+    def __init__(self, surface: SeenSurface, scale: float, *, uv: tuple[Value, Value], w: Value):
+        self.tree, self.layout, self.scale = surface.tree, surface.layout, scale
+        self.table = AtlasTable(self.tree, surface.image, self.layout, uv=uv, w=w * surface.height_scale)
+        self.xyz = self.table.read(self.table.sharp)
+        total = self.tree.maximum(self.tree.dot(self.xyz, (1.0, 1.0, 1.0)), _SUM_MIN)
+        self.share = self.tree.math("DIVIDE", self.table.inside * scale, total)
+
+    def colour(self, rgb_from_xyz: np.ndarray) -> Value:
+        """The colour under daylight."""
+        return self._limited(shown_rgb(self.tree, rgb_from_xyz, self.xyz), rgb_from_xyz, 1.0)
+
+    def colour_of_world(self, colours: LampColours, rgb_from_xyz: np.ndarray) -> Value:
+        """The colour under a world, over that of the world."""
+        others = [self.table.read(self.table.sharp, triple) for triple in range(1, self.layout.triples)]
+        return self._limited(colours.shown([self.xyz, *others]), rgb_from_xyz, _OF_WORLD)
+
+    def _limited(self, rgb: Value, rgb_from_xyz: np.ndarray, more: float) -> Value:
+        """No light has a larger component than the most saturated colour. Rounding errors of the table in the dark
+        may."""
+        red, green, blue = (float(row.max()) * self.scale * more for row in rgb_from_xyz)
+        return self.tree.vector_math("MINIMUM", rgb * self.share, (red, green, blue))
 
 
 def _gain(surface: SeenSurface, order: _Order, draw: Draw) -> Value:

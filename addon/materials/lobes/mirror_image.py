@@ -24,6 +24,7 @@ import numpy as np
 from ...nodes.builder import Tree, Value
 from ..atlas_nodes import zero_order_at
 from ..gamut_nodes import shown_rgb
+from ..lamp_table_nodes import LampColours
 from ..tangent_space import Direction
 from .seen_surface import COSINE_MIN, SeenSurface
 
@@ -32,8 +33,11 @@ _CUT = (-0.2258087, -0.79868817, -0.17570105, -0.04604199)
 _LOST = (0.0, 0.3154179, 1.8708083, -6.56632187, 9.08209394, -3.98180142)
 
 
-def mirror_image(surface: SeenSurface, rgb_from_xyz: np.ndarray, sigma: float) -> Value:
-    """The colour of the closure of the mirror image, for a kernel with standard deviation sigma above a plate."""
+def mirror_image(
+    surface: SeenSurface, rgb_from_xyz: np.ndarray, sigma: float, of_world: LampColours | None = None
+) -> list[Value]:
+    """The colour of the closure of the mirror image, for a kernel with standard deviation sigma above a plate; then
+    the colour `of_world`, if it is given."""
     tree, cosine = surface.tree, surface.cosine_above
     squared = tree.squared(cosine)
     sine = tree.sqrt(tree.maximum(1.0 - squared, 0.0))
@@ -44,9 +48,15 @@ def mirror_image(surface: SeenSurface, rgb_from_xyz: np.ndarray, sigma: float) -
     (w, answer), (other_w, other) = (_point(surface, u, sine) for u in (middle - spread, middle + spread))
     total = answer + other
     w = tree.math("DIVIDE", other.times_plus(other_w, answer * w), total)
-    colour = zero_order_at(tree, surface.image, surface.layout, w=w * surface.height_scale)
+    triples = surface.layout.triples if of_world is not None else 1
+    w = w * surface.height_scale
+    channels = [zero_order_at(tree, surface.image, surface.layout, w=w, triple=triple) for triple in range(triples)]
+    colours = [shown_rgb(tree, rgb_from_xyz, channels[0])]
+    if of_world is not None:
+        colours.append(of_world.shown(channels))
     half_share = _polynomial(cut, [0.5 * (power == 0) - 0.5 * each for power, each in enumerate(_LOST)])
-    return tree.blend(total * half_share * surface.is_seen, 0.0, shown_rgb(tree, rgb_from_xyz, colour))
+    share = total * half_share * surface.is_seen
+    return [tree.blend(share, 0.0, colour) for colour in colours]
 
 
 def mirror_roughness(surface: SeenSurface, sigma: float, skin: Value) -> Value:

@@ -56,15 +56,34 @@ def test_a_black_body_becomes_the_temperature(addon, scene, lamp):
     assert addon.lamp_spectrum.seen_spectrum(lamp.data) == "5000K"
 
 
-def test_a_wrong_text_is_told_and_changes_nothing(addon, scene, lamp):
+@pytest.mark.parametrize(
+    "text",
+    [
+        "nosuch",
+        "FL13",
+        "smooth",
+        "FL11+FL2",
+        "0K",
+        "900K",
+        "399nm",
+        "nowhere/lamp.csv",
+        "-5nm",
+        "LED",
+        "D100",
+        "+",
+        "-",
+    ],
+)
+def test_a_wrong_text_is_told_and_changes_nothing(addon, scene, lamp, text):
     lamp.data.color = (1.0, 0.5, 0.1)
-    lamp.data.diffraction_spectrum = "FL13"
+    lamp.data.diffraction_spectrum = text
+    assert lamp.data.diffraction_spectrum == text
     assert tuple(lamp.data.color) == pytest.approx((1.0, 0.5, 0.1))
     assert followed(addon, scene) is None
     layout = Layout(folded=False)
     context = SimpleNamespace(light=lamp.data, **vars(context_of()))
     addon.lamp_panel.LampSpectrumPanel.draw(SimpleNamespace(layout=layout), context)
-    assert any("FL13" in text for text in layout.labels)
+    assert text in layout.noted("ERROR").replace(" ", "") or text in layout.noted("ERROR")
 
 
 def test_stop_following_leaves_no_property(addon, scene, lamp):
