@@ -10,6 +10,7 @@ import pytest
 from PIL import Image
 
 from precompute.bake import ensemble
+from precompute.bake.self_check import Judge
 from precompute.cli import parser
 from precompute.measure.errors import Errors, measure
 from precompute.measure.truths import truths
@@ -110,7 +111,9 @@ def test_progress_as_json_lines(run, scan, tmp_path, matter):
 
 
 def test_a_bake_that_misses_its_budget_is_not_written(refused, scan, tmp_path, monkeypatch):
-    monkeypatch.setattr(ensemble, "judge", lambda *_, **__: lambda _: Errors(1, 7.31, 7.31, 9, 0, 0, 0, 10, 0.03))
+    monkeypatch.setattr(
+        ensemble, "judge", lambda *_, **__: Judge(lambda _: Errors(1, 7.31, 7.31, 9, 0, 0, 0, 10, 0.03))
+    )
     told = refused("bake", scan, *PICTURE, "-o", tmp_path / "bakes", "--delta-e", "5", *SHORT, "--progress", "none")
     assert "7.31" in told and "--delta-e 7.7" in told
 
@@ -120,10 +123,10 @@ def test_a_bake_that_misses_its_budget_on_other_directions_is_not_written(refuse
     2 * (4.9 - 4) / ln 5 * 0.00315 / 0.01 = 0.35; for a tenth of this deviation it is a tenth."""
     asked = ("bake", scan, *PICTURE, "-o", tmp_path / "bakes", "--delta-e", "5", *SHORT, "--progress", "none")
     few, many = (Errors(1, 4.0, 4.9, 9, 0, 0, 0, 1000, deviation) for deviation in (0.00315, 0.000315))
-    monkeypatch.setattr(ensemble, "judge", lambda *_, **__: lambda _: few)
+    monkeypatch.setattr(ensemble, "judge", lambda *_, **__: Judge(lambda _: few))
     told = refused(*asked)
     assert "4.90" in told and "up to 0.35 more" in told and "--delta-e 5.6" in told
-    monkeypatch.setattr(ensemble, "judge", lambda *_, **__: lambda _: many)
+    monkeypatch.setattr(ensemble, "judge", lambda *_, **__: Judge(lambda _: many))
     assert run(*asked)[0] == 0
 
 
