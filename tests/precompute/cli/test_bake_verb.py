@@ -84,6 +84,26 @@ def test_bake_takes_its_options(run, scan, tmp_path):
     assert atlas_file.read(tmp_path / "skin.exr")[0].illuminant == "E"
 
 
+@pytest.mark.parametrize("light", ["D65", "smooth", "led+tube"])
+def test_bake_tells_its_errors_under_lamps(run, scan, tmp_path, light):
+    """One line after its other errors, with the figures of the JSON. Daylight's bake names the remedy."""
+    options = ("--delta-e", "5", *SHORT, "--spectra", light, "--json", tmp_path / "facts.json")
+    status, out, _ = run("bake", scan, *PICTURE, "-o", tmp_path, *options)
+    lamps = json.loads((tmp_path / "facts.json").read_text())["delta_e"]["lamps"]
+    (line,) = [line for line in out.splitlines() if line.startswith("under other lamps")]
+    (mean, p95), told = (
+        lamps["2700K"],
+        [f"{lamp} {lamps[lamp][0]:.1f} and {lamps[lamp][1]:.1f}" for lamp in ("LED-B1", "FL11")],
+    )
+    assert status == 0 and f": 2700K {mean:.1f} and {p95:.1f}, {', '.join(told)}" in line
+    assert ("; --illuminant smooth or led holds them" in line) == (light == "D65") == (p95 > 2)
+
+
+def test_a_bake_under_a_lamp_states_no_others(run, scan, tmp_path):
+    _, out, _ = run("bake", scan, *PICTURE, "-o", tmp_path, "--delta-e", "5", *SHORT, "--illuminant", "tungsten")
+    assert "other lamps" not in out and "lamp colour 1.935, 0.804, 0.192 (Rec.709)" in out
+
+
 def test_a_mirror_under_a_short_coherence_bakes(run, tmp_path):
     """The smallest table that there is: two empty tiles."""
     black = tmp_path / "mirror.png"
