@@ -144,8 +144,10 @@ def _check(arguments: argparse.Namespace) -> None:
     of_lamps = (baked.ENTRY.name, exact.Ensemble.name)
     if arguments.lamp is not None and (arguments.channels == SPECTRUM or arguments.method not in of_lamps):
         of = "a spectrum" if arguments.channels == SPECTRUM else f"the method {arguments.method}"
-        remedy = ("leave it out, or give ", Setting.METHOD, f" {' or '.join(of_lamps)} and other --channels")
-        raise GratingError("--lamp", f"{of} has no lamp", remedy)
+        raise GratingError(
+            "--lamp", f"{of} has no lamp",
+            ("leave it out, or give ", Setting.METHOD, f" {' or '.join(of_lamps)} and other --channels"),
+        )  # fmt: skip
     if arguments.channels != SPECTRUM:
         if arguments.wavelength_nm:
             remedy = f"give --channels {SPECTRUM}, or leave it out"
