@@ -28,8 +28,8 @@ from precompute.colour.working_space import RGB_SPACES, lamp_rgb, rgb_from_xyz
 
 SEVERAL = ("D65+smooth", "D65+led", "D65+FL11", "D65+led+FL11+532nm", "D65+smooth+400:0 589:0 589.3:1 590:0")
 LAMPS = ("D65", "E", "A", "1850K", "2700K", "25000K", "D5500", "LED-B1", "LED-RGB1", "FL11", "HP1", "532nm")
-# The weight of the constant spectrum in the least squares is 1000, so its error is a millionth of the curves' own. Their
-# products with a reflectance of at most 1 are of the size of 1.
+# The weight of the constant spectrum in the least squares is 1000, so its error is a millionth of the curves' own.
+# Their products with a reflectance of at most 1 are of the size of 1.
 OF_CONSTANT = 1e-6
 
 
