@@ -46,4 +46,4 @@ def run(arguments: argparse.Namespace) -> None:
     facts = bake_and_wait(grating, directory, use_cache=not arguments.no_cache)
     if bpy.data.filepath or arguments.save:
         save(arguments.save)
-    emit(facts, arguments.json, lambda: bake_summary(facts))
+    emit(facts, arguments.json, lambda: bake_summary(facts, request.illuminant))

@@ -50,7 +50,7 @@ BAKE = {
 }
 CHECK = {
     "check: pairs": ("bake.self_check.pairs_within",),
-    "check: sums over bins": ("bake.self_check._truth",),
+    "check: sums over bins": ("bake.self_check._truths",),
     "check: exact transforms": ("bake.self_check.exact_error",),
     "check: albedo": ("bake.self_check._with_bound",),
     "check: table": ("bake.self_check.measure",),

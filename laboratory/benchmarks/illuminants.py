@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A lamp's own bake beside daylight's bake in the lamp's colour, each against sums at 1 nm.
+"""A lamp's colours by bakes with three, six and nine channels and by its own bake, each against sums at 1 nm.
 
     ./dev bench illuminants [--surfaces sample:cd sample:elaphe] [--pairs 300] [--json FILE|-]
 
-Each surface is baked under D65 and under each of sixteen lamps, at a coherence of 12 um. The colours of a scene's lamp
-are the bake's times the lamp's linear RGB. "Bradford" is the lamp's bake with white adapted by Bradford's. The
+Each surface is baked under D65, D65+smooth, D65+led and each of sixteen lamps, at a coherence of 12 um. "As it was" is
+daylight's bake times the linear RGB of a scene's lamp. Six and nine channels are multiplied by the lamp's matrix. The
 truth is the sum, at each nanometre, of the lamp's spectrum times the surface's, beside daylight as white. All are
 clipped to Rec.709. Directions are drawn as for the self-check at four values of w, and exposed so that the 95th
 percentile of the truth's luminance is 1; those below 0.002 do not count. Errors are CIEDE2000, median / 95th,
@@ -12,7 +12,7 @@ and the signed error of the luminance's sum before the clipping.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -22,10 +22,11 @@ from precompute.bake.request import BakeRequest
 from precompute.bake.self_check import pairs_within, w_within
 from precompute.cli.option_types import count
 from precompute.cli.parser import OneLineParser
+from precompute.colour.channels import scene_matrix
 from precompute.colour.difference import delta_e_2000, lab
 from precompute.colour.illuminants import spectrum
 from precompute.colour.observer import observer, wavelengths, white_xyz
-from precompute.colour.working_space import adapted_matrix, lamp_rgb, rgb_from_xyz
+from precompute.colour.working_space import lamp_rgb, rgb_from_xyz
 from precompute.measure.pairs import Pairs
 from precompute.spectra.density import density_at
 from precompute.surface.readers.reader_registry import read_height_map
@@ -37,6 +38,12 @@ from .report import add_json, say, write
 LAMPS = (
     *(f"{kelvins}K" for kelvins in (2000, 2400, 2700, 3200, 4000, 5000, 6500, 10000)),
     *("D5500", "D7500", "LED-B1", "LED-B3", "LED-RGB1", "FL2", "FL11", "HP1"),
+)
+# The bakes for all lamps: the name of their figures, the illuminant, and the title of their columns.
+BAKES = (
+    ("three", "D65", "as it was"),
+    ("six", "D65+smooth", "six channels"),
+    ("nine", "D65+led", "nine channels"),
 )
 _COHERENCE_M = 12e-6
 _GROUPS, _DARK = 4, 0.002
@@ -60,20 +67,16 @@ def main(argv: list[str] | None = None) -> int:
     arguments = parser.parse_args(argv)
     facts: dict[str, list[dict[str, Any]]] = {}
     for surface in arguments.surfaces:
-        say(
-            f"| {surface}: lamp | daylight's bake, dE00 | luminance | Bradford, dE00 | own bake, dE00 | luminance |",
-            arguments.json,
-        )
-        say("| --- | --- | --- | --- | --- | --- |", arguments.json)
+        titles = [*(title for *_, title in BAKES), "own bake"]
+        heads = (f"{title}, dE00 | luminance" for title in titles)
+        say(f"| {' | '.join([f'{surface}: lamp', *heads])} |", arguments.json)
+        say("| --- " * (1 + 2 * len(titles)) + "|", arguments.json)
         facts[surface] = []
         for row in rows_of(prepare(read_height_map(surface)), arguments.pairs):
             facts[surface].append(row)
-            say(
-                "| {lamp} | {daylight[p50]:.1f} / {daylight[p95]:.1f} | {daylight[light]:+.1%} "
-                "| {bradford[p50]:.1f} / {bradford[p95]:.1f} "
-                "| {own[p50]:.1f} / {own[p95]:.1f} | {own[light]:+.1%} |".format(**row),
-                arguments.json,
-            )
+            figures = (row[name] for name in (*(name for name, *_ in BAKES), "own"))
+            cells = (f"{each['p50']:.1f} / {each['p95']:.1f} | {each['light']:+.1%}" for each in figures)
+            say(f"| {' | '.join([row['lamp'], *cells])} |", arguments.json)
     write(facts, arguments.json)
     return 0
 
@@ -88,27 +91,23 @@ def rows_of(relief: Relief, pairs: int, lamps: Sequence[str] = LAMPS) -> Iterato
         drawn = pairs_within(chosen, w, pairs, rng=rng)
         density = density_at(chosen.ensemble[0], drawn.u, drawn.v, w=w, lambdas=wavelengths(1e-9), sigma=chosen.sigma_b)
         seen.append(Seen(float(w), drawn, density))
-    daylight = bake([relief], request)
+    held = {name: bake([relief], replace(request, illuminant=illuminant)) for name, illuminant, _ in BAKES}
     for lamp in lamps:
-        own = bake([relief], BakeRequest(coherence_length_m=_COHERENCE_M, illuminant=lamp))
-        bradford = adapted_matrix("Rec.709", white_xyz(lamp))
-        yield {
-            "lamp": lamp,
-            "daylight": errors(seen, daylight, lamp, to_rgb=rgb_from_xyz()),
-            "bradford": errors(seen, own, lamp, to_rgb=bradford),
-            "own": errors(seen, own, lamp, to_rgb=rgb_from_xyz("Rec.709", lamp)),
-        }
+        own = bake([relief], replace(request, illuminant=lamp))
+        by_channels = {name: errors(seen, table, lamp) for name, table in held.items()}
+        yield {"lamp": lamp, **by_channels, "own": errors(seen, own, lamp)}
 
 
-def errors(seen: Sequence[Seen], table: Table, lamp: str, *, to_rgb: np.ndarray) -> dict[str, float]:
-    """The errors of a table's colours, by a matrix from XYZ to RGB, times a lamp's colour."""
+def errors(seen: Sequence[Seen], table: Table, lamp: str) -> dict[str, float]:
+    """The errors of a table's colours under a lamp: its channels times the lamp's matrix and the lamp's colour."""
+    to_rgb = rgb_from_xyz() if table.illuminant == "D65" else scene_matrix("Rec.709", table.illuminant, lamp)
     to_lamp = lamp_rgb("Rec.709", lamp)[:, None] * to_rgb
     weights = _weights_at_each_nanometre(lamp)
     true, found = [], []
     for each in seen:
         factor = each.pairs.radiance_factor(holds_reflectance=table.holds_reflectance)[:, None]
         true.append(factor * each.density.T @ weights / each.w**2 @ rgb_from_xyz().T)
-        found.append(factor * table.candidate(each.pairs.u, each.pairs.v, each.w)[0] @ to_lamp.T)
+        found.append(factor * table.channels_over_w2(each.pairs.u, each.pairs.v, each.w) @ to_lamp.T)
     return _compared(np.concatenate(true), np.concatenate(found))
 
 

@@ -80,7 +80,8 @@ def truths(chosen: Plan, growth: float, *, pairs: int = _PAIRS) -> list[Truth]:
     rng, sigma, found = np.random.default_rng(3), chosen.sigma_b * growth**0.5, []
     for w in _W:
         drawn = draw_pairs(self_check._spectrum(chosen.ensemble, rng), sigma, w, count=pairs, rng=rng)
-        found.append(self_check._truth(replace(chosen, sigma_b=sigma), drawn.within(_REGION), w, "D65", silent))
+        wide = replace(chosen, sigma_b=sigma)
+        found.extend(self_check._truths(wide, drawn.within(_REGION), w, ("D65",), "D65", silent))
     return found
 
 

@@ -86,8 +86,8 @@ class Made:
     @property
     def delta_e(self) -> dict[str, Any]:
         """The errors for JSON: those of `errors`; the worst under a wider kernel, with its place between the levels;
-        the claim, the dE00 that the 99th percentile keeps under every kernel; and the mean and the 95th percentile
-        under each lamp."""
+        the claim, the dE00 that the 99th percentile keeps under every kernel; and under each lamp the mean, the 95th
+        percentile, and the dE00 that this percentile keeps at other directions."""
         wide = {}
         if self.wide:
             worst = max(self.wide, key=lambda each: each.errors.p99_most)
@@ -95,8 +95,9 @@ class Made:
             wide = {"wide_p99": errors["p99"], "wide_p99_most": errors["p99_most"], "wide_level": worst.level}
         claim = max([self.errors.claim, *(each.errors.p99_most for each in self.wide)])
         lamps = {lamp: [round(each.mean, 2), round(each.p95, 2)] for lamp, each in self.lamps.items()}
-        told = {**wide, "claim": claim if math.isfinite(claim) else None, **({"lamps": lamps} if lamps else {})}
-        return {**self.errors.as_dict(), **told}
+        claims = {lamp: math.ceil(100 * each.p95_claim) / 100 for lamp, each in self.lamps.items()}
+        told = {**wide, "claim": claim if math.isfinite(claim) else None}
+        return {**self.errors.as_dict(), **told, **({"lamps": lamps, "lamps_claim": claims} if lamps else {})}
 
 
 def make(

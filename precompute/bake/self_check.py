@@ -67,14 +67,16 @@ class Judge:
     holds_reflectance: bool = False
 
     def errors_under_lamps(self, table: Table) -> dict[str, Errors]:
-        """The errors of a table's colours under each lamp, without an albedo bound."""
+        """The errors of a table's colours under each lamp, without an albedo bound, at the exposure with the largest
+        95th percentile."""
         first = next(iter(self.lamps.values()), [])
-        held = [(table.channels_over_w2(t.pairs.u, t.pairs.v, t.w), table.zero_order_xyz(t.w)) for t in first]
+        answered = [(table.channels_over_w2(t.pairs.u, t.pairs.v, t.w), table.zero_order_xyz(t.w)) for t in first]
 
         def errors(lamp: str, truths: list[Truth]) -> Errors:
             matrix = lamp_matrix(table.illuminant, lamp).T
-            answers = {t.w: (channels @ matrix, z) for t, (channels, z) in zip(truths, held, strict=True)}
-            return measure(truths, lambda u, v, w: answers[w], holds_reflectance=self.holds_reflectance)
+            answers = {t.w: (channels @ matrix, z) for t, (channels, z) in zip(truths, answered, strict=True)}
+            held = self.holds_reflectance
+            return measure(truths, lambda u, v, w: answers[w], holds_reflectance=held, worst_by="p95")
 
         return {lamp: errors(lamp, truths) for lamp, truths in self.lamps.items()}
 

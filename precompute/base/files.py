@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Atomic file writing: a file appears complete or not at all, and other users cannot reach a partial file."""
+"""Atomic file writing: a file appears complete or not at all, and other users cannot reach a partial file. And reading
+of untrusted files, up to a size."""
 
 import contextlib
 import os
@@ -12,6 +13,26 @@ from .failure import GratingError
 from .job import job_name
 
 _PARTIAL = re.compile(r"\..+\..{8}\.[^.]*\.partial", re.DOTALL)
+
+
+def is_no_file(path: Path) -> bool:
+    """Whether a path is there and names no file, such as a folder, or a fifo whose opening would block.
+
+    Raises OSError or ValueError for a name that no path can have."""
+    return path.exists() and not path.is_file()
+
+
+def read_limited(path: Path, most_bytes: int, remedy: str) -> bytes:
+    """Read a file, at most one byte more than most_bytes.
+
+    Raises GratingError "PATH: fault; REMEDY" if it cannot be read."""
+    try:
+        if is_no_file(path):
+            raise GratingError(path, "is no file", remedy)
+        with path.open("rb") as file:
+            return file.read(most_bytes + 1)
+    except (OSError, ValueError) as error:
+        raise GratingError(path, f"cannot be read ({getattr(error, 'strerror', None) or error})", remedy) from error
 
 
 @contextlib.contextmanager

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from .failure import GratingError
+from .files import read_limited
 
 # A header or a request with ten thousand scans is smaller.
 LARGEST_BYTES = 1 << 20
@@ -23,14 +24,7 @@ def read_json(path: Path, remedy: str) -> Any:
     """Read a JSON file in UTF-8.
 
     Raises GratingError "PATH: fault; REMEDY" if the file cannot be read or parse_json refuses its content."""
-    try:
-        if path.exists() and not path.is_file():  # opening a fifo would block
-            raise GratingError(path, "is no file", remedy)
-        with path.open("rb") as file:
-            content = file.read(LARGEST_BYTES + 1)
-    except (OSError, ValueError) as error:
-        raise GratingError(path, f"cannot be read ({getattr(error, 'strerror', None) or error})", remedy) from error
-    return parse_json(content, path, remedy)
+    return parse_json(read_limited(path, LARGEST_BYTES, remedy), path, remedy)
 
 
 def parse_json(text: str | bytes, source: str | Path, remedy: str, *, part: str = "") -> Any:

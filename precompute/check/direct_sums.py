@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..base.progress import Progress, silent
-from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, observer, seen_wavelengths, spectral_weights
+from ..colour.channels import channel_weights
+from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, observer, seen_wavelengths
 from ..measure.pairs import Pairs, cosine_weighted, pair_about
 from ..optics.region import FARTHEST, Region
 from ..reflectance.matter import MIRRORING, Matter
@@ -28,21 +29,22 @@ def scattered_xyz(
     reliefs: Sequence[Relief], uvw: tuple[np.ndarray, np.ndarray, float], *, sigma_b: float | np.ndarray, step_m: float,
     illuminant: str = "D65", matter: Matter = MIRRORING, progress: Progress = silent,
 ) -> np.ndarray:  # fmt: skip
-    """Scattered XYZ (n, 3) at the places u and v (n,), all at one w, by the mean of the reliefs' spectra.
+    """Scattered XYZ (n, 3) at the places u and v (n,), all at one w, by the mean of the reliefs' spectra. For several
+    illuminants joined by "+", XYZ under each follows (n, 3 parts), at the wavelengths that the first is seen at.
 
     It is the density over (u, v) of the light that a surface of a matter and of the obliquity O = 1 reflects, scaled so
     that a perfect mirror's white has Y = 1. `sigma_b`, a number or (n,), is the kernel's standard deviation. The
     narrowest kernel spaces the cells. `progress` is called after each wavelength of each relief."""
     count = int(np.ceil((WAVELENGTH_MAX_M - WAVELENGTH_MIN_M) / step_m - 1e-6))
     lambdas = seen_wavelengths(np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, count + 1), illuminant)
-    weights = spectral_weights(lambdas, illuminant) / len(reliefs)
+    weights = channel_weights(lambdas, illuminant) / len(reliefs)
     u, v, w = uvw
     reflectance = matter.reflectance(lambdas, np.minimum(np.sqrt(u**2 + v**2 + w**2) / 2, 1))
     sigmas = np.broadcast_to(np.asarray(sigma_b, float), u.shape)
     narrowest = float(sigmas.min(initial=1.0))
     narrow = sigmas == narrowest
     reach = [_reach(places, sigmas, narrowest) for places in (v, u)]
-    found = np.zeros((len(u), 3))
+    found = np.zeros((len(u), weights.shape[1]))
     for n, relief in enumerate(reliefs):
         for k, (lam, weight) in enumerate(zip(lambdas, weights, strict=True)):
             cells = scattered_cells(relief, w / lam, (reach[0] / lam, reach[1] / lam), sigma_q=narrowest / lam)
@@ -67,11 +69,17 @@ def _reach(places: np.ndarray, sigmas: np.ndarray, narrowest: float) -> float:
 def zero_order_xyz(
     reliefs: Sequence[Relief], w: np.ndarray, illuminant: str = "D65", *, matter: Matter = MIRRORING
 ) -> np.ndarray:
-    """The zero order's XYZ (n, 3) at w (n,), the mean over the reliefs, in wavelength steps of 1 nm."""
-    lambdas = seen_wavelengths(np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, 401), illuminant)
+    """The zero order's XYZ (n, 3) at w (n,), the mean over the reliefs, in wavelength steps of 1 nm; for several parts,
+    all channels (n, channels)."""
+    lambdas = at_each_nanometre(illuminant)
     efficiency = sum(zero_order_efficiency(relief, w, lambdas) for relief in reliefs)
     efficiency = efficiency * matter.reflectance(lambdas, np.asarray(w) / 2).T
-    return efficiency @ spectral_weights(lambdas, illuminant) / len(reliefs)
+    return efficiency @ channel_weights(lambdas, illuminant) / len(reliefs)
+
+
+def at_each_nanometre(illuminant: str) -> np.ndarray:
+    """The wavelengths (n,) in metres of zero_order_xyz."""
+    return seen_wavelengths(np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, 401), illuminant)
 
 
 def zero_order_efficiency(relief: Relief, w: np.ndarray, lambdas: np.ndarray) -> np.ndarray:

@@ -11,6 +11,7 @@ import numpy as np
 from ..base.exr import Picture, open_picture
 from ..base.failure import GratingError
 from ..base.strict_json import parse_json
+from ..colour.channels import channel_count
 from ..colour.illuminants import is_illuminant
 from ..optics.region import Region
 from ..reflectance.matter import DIELECTRIC, MIRRORING, Matter
@@ -19,7 +20,7 @@ from .level_places import Place, places_of
 
 FORMAT = 13
 # The inner texels of a tile hold the table. _RIM is the number of texels on each side of them for interpolation. _STRIP
-# is the number of rows of the zero order's strip.
+# is the number of rows of the zero order's strip for each three channels.
 _RIM, _STRIP = 2, 4
 _COUNTS = (
     "terms", "levels", "cell_rows", "cell_columns", "inner_rows", "inner_columns", "columns", "rows", "strip_rows",
@@ -46,11 +47,11 @@ _TERMS_MAX, _LEVELS_MAX = 96, 64
 
 @dataclass(frozen=True)
 class Table:
-    """A bake as in its file.
+    """A bake as in its file. Its channels (colour/channels.py) are XYZ and, for lamps of several spectra, more.
 
-    terms       (K, rows, columns, 3), terms of XYZ over w^2; the first axis of a tile runs along +v, the second along
-                +u; the outer two texels on every side serve interpolation only
-    zero_order  XYZ (n, 3) of the zero order at equal steps of w from 0 to 2
+    terms       (K, rows, columns, channels), terms of the channels over w^2; the first axis of a tile runs along +v,
+                the second along +u; the outer two texels on every side serve interpolation only
+    zero_order  the zero order's channels (n, channels) at equal steps of w from 0 to 2
     excess      (n, n), a metal's directional albedo times cos(t), less cos(t), of directions on a disc (albedo_bound);
                 empty for a dielectric
     first       (u, v) of the first texel's centre
@@ -102,23 +103,30 @@ class Table:
         ))  # fmt: skip
 
     def scattered_over_w2(self, u: np.ndarray, v: np.ndarray, w: float, *, variance: float = 0.0) -> np.ndarray:
-        """Scattered XYZ over w^2 (n, 3) at u, v (n,), by cubic B-splines over the texels and Chebyshev sums over w.
+        """Scattered XYZ over w^2 (n, 3) at u, v (n,): see channels_over_w2."""
+        return self.channels_over_w2(u, v, w, variance=variance, channels=3)
 
-        `variance` is added to the kernel's. Between two levels their mixture has the right variance."""
+    def channels_over_w2(
+        self, u: np.ndarray, v: np.ndarray, w: float, *, variance: float = 0.0, channels: int | None = None
+    ) -> np.ndarray:
+        """All channels, or the first `channels`, of the scattered light over w^2 (n, channels) at u, v (n,).
+
+        Texels are read by cubic B-splines, and functions of w are Chebyshev sums. `variance` is added to the kernel's.
+        Between two levels their mixture has the right variance."""
         grown = min(1 + variance / self.sigma_b**2, self.grown(len(self.wider)))
         below = max((level for level in range(len(self.wider)) if self.grown(level) <= grown + 1e-9), default=0)
         low, high = self.grown(below), self.grown(below + 1)
         share = (grown - low) / (high - low)
-        found = (1 - share) * self._read(below, u, v, w)
-        return found + share * self._read(below + 1, u, v, w) if share > 0 else found
+        found = (1 - share) * self._read(below, u, v, w, channels)
+        return found + share * self._read(below + 1, u, v, w, channels) if share > 0 else found
 
     def grown(self, level: float) -> float:
         """The variance of a level's kernel over that of the first level."""
         return (1 + self.offset) * self.ratio**level - self.offset
 
-    def _read(self, level: int, u: np.ndarray, v: np.ndarray, w: float) -> np.ndarray:
-        """Scattered XYZ over w^2 (n, 3) of one blur level."""
-        terms, texel = (self.terms, *self.wider)[level], self.texel
+    def _read(self, level: int, u: np.ndarray, v: np.ndarray, w: float, channels: int | None) -> np.ndarray:
+        """The first channels over w^2 (n, channels) of one blur level."""
+        terms, texel = (self.terms, *self.wider)[level][..., :channels], self.texel
         if level:
             texel *= self.coarser * self.ratio ** (level / 2)
         low, high = self.w_range
@@ -127,7 +135,7 @@ class Table:
         # The first inner texel is at the same (u, v) on every level.
         x = (np.clip(u, *self.region.u) - self.region.u[0]) / texel + _RIM
         y = (np.clip(v, *self.region.v) - self.region.v[0]) / texel + _RIM
-        found = np.zeros((len(u), 3))
+        found = np.zeros((len(u), terms.shape[-1]))
         for row in (np.floor(y) + k for k in (-1, 0, 1, 2)):
             for column in (np.floor(x) + k for k in (-1, 0, 1, 2)):
                 share = cubic_bspline(y - row) * cubic_bspline(x - column)
@@ -136,14 +144,18 @@ class Table:
         return found
 
     def zero_order_xyz(self, w: np.ndarray | float) -> np.ndarray:
-        """The zero order's XYZ (..., 3) at w (...,), by cubic B-splines over the samples.
+        """The zero order's XYZ (..., 3) at w (...,)."""
+        return self.zero_order_channels(w)[..., :3]
+
+    def zero_order_channels(self, w: np.ndarray | float) -> np.ndarray:
+        """The zero order's channels (..., channels) at w (...,), by cubic B-splines over the samples.
 
         Past the last sample, the line through the last two samples is continued."""
         last = len(self.zero_order) - 1
         at = np.asarray(w, float) / 2 * last
         beyond = 2 * self.zero_order[-1] - self.zero_order[-2]
         samples = np.concatenate([self.zero_order, [beyond]])
-        found = np.zeros(3)
+        found = np.zeros(self.zero_order.shape[-1])
         for each in (np.floor(at) + k for k in (-1, 0, 1, 2)):
             found = found + cubic_bspline(at - each)[..., None] * samples[np.clip(each, 0, last + 1).astype(int)]
         return found
@@ -198,6 +210,9 @@ def _fault_of_layout(layout: object, picture: Picture) -> str:
     """The name of a value that no picture of this size can have; "" if there is none."""
     if not isinstance(layout, dict):
         return "layout"
+    if not is_illuminant(layout.get("illuminant")):
+        return "illuminant"
+    triples = _triples(layout)
     for name in _COUNTS:
         if type(layout.get(name)) is not int or not 1 <= layout[name] <= max(picture.shape):
             return name
@@ -213,21 +228,25 @@ def _fault_of_layout(layout: object, picture: Picture) -> str:
         for end in (0, count - 1)
     ]
     for name, fits in (
-        ("terms", layout["terms"] <= min(_TERMS_MAX, layout["rows"] * layout["columns"])),
+        ("terms", layout["terms"] <= min(_TERMS_MAX, layout["rows"] * layout["columns"] // triples)),
         ("polynomials", layout["polynomials"] <= _TERMS_MAX),
         ("basis", _is_basis(layout.get("basis"), layout["terms"] * layout["polynomials"])),
         ("levels", layout["levels"] <= _LEVELS_MAX),
         ("cell_rows", layout["levels"] > _LEVELS_MAX or cell == _places(layout)[1]),
-        ("strip_rows", layout["strip_rows"] == layout["bound_texels"] + _STRIP),
+        ("strip_rows", layout["strip_rows"] == layout["bound_texels"] + _STRIP * triples),
         ("zero_order_samples", layout["zero_order_samples"] >= 2),
         ("inner_rows", all(2 <= n <= taken - 2 * _RIM for n, taken in zip(inner, cell, strict=True))),
         ("u_first", max(reach) <= 2 + layout["texel"]),
         ("w_min", layout["w_min"] < layout["w_max"]),
-        ("illuminant", is_illuminant(layout.get("illuminant"))),
     ):
         if not fits:
             return name
     return "" if picture.shape == (*_picture_size(layout), 3) else "layout"
+
+
+def _triples(layout: dict[str, Any]) -> int:
+    """The number of channels over 3: the number of strips, and of each term's cells."""
+    return channel_count(layout["illuminant"]) // 3
 
 
 def _is_basis(basis: object, count: int) -> bool:
@@ -270,19 +289,22 @@ def _table(image: np.ndarray, record: dict[str, Any]) -> Table:
     """The table in a picture (height, width, 3), row 0 at the bottom, that its header fits."""
     layout = record["layout"]
     rows, columns, across = layout["cell_rows"], layout["cell_columns"], layout["columns"]
-    count, samples = layout["terms"], layout["zero_order_samples"]
+    count, samples, triples = layout["terms"], layout["zero_order_samples"], _triples(layout)
     levels = []
     for place in _places(layout)[0]:
-        tiles = []
-        for k in range(count):
-            bottom = layout["strip_rows"] + k // across * rows + place.bottom
-            left = k % across * columns + place.left
-            tiles.append(image[bottom : bottom + place.rows, left : left + place.columns].astype(np.float32))
-        levels.append(np.stack(tiles) * np.float32(layout["scale"]))
+        # The cells of all terms for XYZ come first, then those for the next three channels.
+        tiles = np.empty((count, place.rows, place.columns, 3 * triples), np.float32)
+        for cell in range(count * triples):
+            bottom = layout["strip_rows"] + cell // across * rows + place.bottom
+            left = cell % across * columns + place.left
+            triple, k = divmod(cell, count)
+            own = image[bottom : bottom + place.rows, left : left + place.columns]
+            tiles[k, ..., 3 * triple : 3 * triple + 3] = own
+        levels.append(tiles * np.float32(layout["scale"]))
     return Table(
         terms=levels[0],
-        zero_order=image[0, :samples].astype(float),
-        excess=image[_STRIP : layout["strip_rows"], : layout["bound_texels"], 0].astype(float),
+        zero_order=np.hstack([image[_STRIP * triple, :samples] for triple in range(triples)]).astype(float),
+        excess=image[_STRIP * triples : layout["strip_rows"], : layout["bound_texels"], 0].astype(float),
         first=(layout["u_first"], layout["v_first"]),
         texel=layout["texel"],
         w_range=(layout["w_min"], layout["w_max"]),

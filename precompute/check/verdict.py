@@ -17,7 +17,7 @@ import numpy as np
 
 from ..base.failure import GratingError, Setting
 from ..base.progress import Progress, part_of, silent
-from ..colour.illuminants import has_bands, line_of
+from ..colour.illuminants import JOINT, first_of, has_bands, line_of
 from ..colour.observer import WAVELENGTH_MIN_M
 from ..measure.errors import RELATIVE_DY, Errors, Truth, measure
 from ..measure.pairs import Pairs, draw_w
@@ -29,8 +29,10 @@ from ..surface.steps.pipeline import DEFAULT, steps_of
 from ..surface.steps.step import Step
 from . import albedo, direct_sums
 from .direct_sums import Held, draw_pairs, scattered_xyz
+from .lamps import Lamp, claims, fault_of, of_lamps
 from .table_file import Table, read_table
 from .wider_kernels import Wide, claimed, levels_of, measured_under, pairs_under, sigma_at
+from .zero_order import zero_order_budget, zero_order_off
 
 # Borders of the rings around the zero order, as distances sqrt(u^2 + v^2), for which errors are reported separately.
 RINGS = (0.0, 0.1, 0.5, 1.0, 2.0)
@@ -38,15 +40,8 @@ RINGS = (0.0, 0.1, 0.5, 1.0, 2.0)
 _BOUND_STRIDE = 16
 # Differs from the seed of the bake's own check, because a bake could be tuned to the directions of that check.
 _SEED = 1
-# Number of values of w at which the zero order is checked.
-_ZERO_ORDER_AT = 17
 # The least wavelength step in metres: a fifth of the width of a gas discharge lamp's lines.
 _FINEST_STEP_M = 0.2e-9
-# The relative rounding error of a half float.
-_HALF_STEP = 2.0**-11
-# Share of the light that the bake's expansion of the phasor may miss for a dE00 of 1. The zero order, which has all of
-# its light in one place, may miss the same share.
-_EXPANSION = 2e-4
 
 
 @dataclass(frozen=True)
@@ -70,11 +65,12 @@ class Verdict:
 
     errors             error metrics; of a metal, the larger of those with its albedo bound and without
     asked              dE00 that the bake must keep
-    zero_order_dy      largest |dY| of the zero order
+    zero_order_dy      largest |dY| of the zero order, and error of its channels beyond XYZ (zero_order_off)
     zero_order_budget  the largest zero_order_dy that passes
     rings              the errors by distance from the zero order
     wide               the errors under wider kernels
     wide_claimed       the p99 with its sampling error that the bake claims under wider kernels
+    lamps              the errors of the colours under lamps of other spectra, which the bake's header states
     shown              the colours as a renderer's spaces show them, against the exact ones
     w                  values of w at which pairs were measured
     step_m             wavelength step in metres
@@ -88,6 +84,7 @@ class Verdict:
     rings: list[Ring]
     wide: list[Wide]
     wide_claimed: float
+    lamps: dict[str, Lamp]
     shown: Shown
     w: list[float]
     step_m: float
@@ -116,7 +113,7 @@ class Verdict:
             found.append(f"|dY| {errors.relative_dy:.1%}, asked {budget:.1%}")
         if not self.zero_order_dy <= self.zero_order_budget:
             found.append(f"zero order off by {self.zero_order_dy:.1e}, asked {self.zero_order_budget:.1e}")
-        return found
+        return [*found, *filter(None, [fault_of(self.lamps)])]
 
     def as_dict(self) -> dict[str, Any]:
         """Convert the result to JSON."""
@@ -128,6 +125,7 @@ class Verdict:
             "relative_dy_budget": self.relative_dy_budget,
             "zero_order": {"dy": self.zero_order_dy, "budget": self.zero_order_budget},
             "wide": [each.as_dict() for each in self.wide],
+            "lamps": {lamp: its.as_dict() for lamp, its in self.lamps.items()},
             "rings": [asdict(ring) for ring in self.rings],
             "shown": {space: found.as_dict() for space, found in self.shown.items()},
             "w": self.w,
@@ -153,29 +151,29 @@ def check(
     started = time.perf_counter()
     table = read_table(bake)
     _refuse_another_surface(bake, table.record, height_maps)
+    claimed_of_lamps = claims(table, bake)
     asked = float(table.record.get("asked_delta_e", 1.0)) if delta_e is None else delta_e
     step_m = default_step(table.sigma_b, table.illuminant) if step_m is None else step_m
     steps = steps_in(table.record, str(bake))
     plate_ior = table.matter.plate_ior
     reliefs = [prepare(height_map, steps, plate_ior=plate_ior).scaled(plate_ior) for height_map in height_maps]
-    truth, under = truths(table, reliefs, groups=groups, pairs=pairs, step_m=step_m, progress=progress)
+    truth, under, of_each = truths(
+        table, reliefs, tuple(claimed_of_lamps), groups=groups, pairs=pairs, step_m=step_m, progress=progress
+    )
     if not sum(len(t.scattered_xyz) for t in truth):
         raise GratingError(bake, f"none of {pairs} direction pairs lies in its region", "give more --pairs")
     errors = _measured(table, truth)
     if table.holds_reflectance:
         errors = errors.worse_of(_with_bound(table, reliefs, truth, progress))
-    w = np.linspace(0, 2, _ZERO_ORDER_AT) + 1 / len(table.zero_order)
-    w = w[(w >= table.w_range[0]) & (w <= table.w_range[1])]
-    exact = direct_sums.zero_order_xyz(reliefs, w, table.illuminant, matter=table.matter)[:, 1]
-    off = np.abs(table.zero_order_xyz(w)[:, 1] - exact).max(initial=errors.zero_order_dy)
     return Verdict(
         errors=errors,
         asked=asked,
-        zero_order_dy=float(off),
+        zero_order_dy=max(zero_order_off(table, reliefs), errors.zero_order_dy),
         zero_order_budget=zero_order_budget(reliefs, len(table.zero_order), asked),
         rings=_rings(table, truth),
         wide=measured_under(table, under),
         wide_claimed=claimed(table.record),
+        lamps=of_lamps(table, of_each, claimed_of_lamps),
         shown=shown_against(truth, table.candidate, table.illuminant, holds_reflectance=table.holds_reflectance),
         w=[t.w for t in truth],
         step_m=step_m,
@@ -225,15 +223,18 @@ def default_step(sigma_b: float, illuminant: str = "D65") -> float:
 
 
 def truths(
-    table: Table, reliefs: Sequence[Relief], *, groups: int, pairs: int, step_m: float, progress: Progress = silent
-) -> tuple[list[Truth], list[list[Truth]]]:
-    """The exact colours for a table, at `groups` values of w with up to `pairs` direction pairs each; and under each of
-    levels_of, at fewer pairs.
+    table: Table, reliefs: Sequence[Relief], lamps: Sequence[str], *, groups: int, pairs: int, step_m: float,
+    progress: Progress = silent,
+) -> tuple[list[Truth], list[list[Truth]], dict[str, list[Truth]]]:  # fmt: skip
+    """The exact colours for a table, at `groups` values of w with up to `pairs` direction pairs each; under each of
+    levels_of, at fewer pairs; and under each of the lamps, at all pairs.
 
     All pairs are within the region and the range of w that the table covers."""
     rng, rng_under = (np.random.default_rng(_SEED + k) for k in range(2))
     found: list[Truth] = []
     under: list[list[Truth]] = [[] for _ in levels_of(table)]
+    of_lamp: dict[str, list[Truth]] = {lamp: [] for lamp in lamps}
+    illuminants = JOINT.join([first_of(table.illuminant), *lamps])
     held = Held(table.sigma_b, table.region, least_cosine(table.matter.plate_ior), line_of(table.illuminant))
     sigmas = [table.sigma_b, *(sigma_at(table, level) for level in levels_of(table))]
     for k, w in enumerate(_draw_w(table.w_range, groups, rng, least=held.least)):
@@ -242,14 +243,17 @@ def truths(
         counts = [len(each.wi) for each in drawn]
         u, v = (np.concatenate(places) for places in zip(*((each.u, each.v) for each in drawn), strict=True))
         scattered = scattered_xyz(
-            reliefs, (u, v, w), sigma_b=np.repeat(sigmas, counts), step_m=step_m, illuminant=table.illuminant,
+            reliefs, (u, v, w), sigma_b=np.repeat(sigmas, counts), step_m=step_m, illuminant=illuminants,
             matter=table.matter, progress=part_of(progress, "check", done=k, total=groups),
         )  # fmt: skip
-        zero_order = direct_sums.zero_order_xyz(reliefs, np.array([w]), table.illuminant, matter=table.matter)[0]
+        zero_order = direct_sums.zero_order_xyz(reliefs, np.array([w]), illuminants, matter=table.matter)[0]
         parts = np.split(scattered, np.cumsum(counts)[:-1])
         for to, one, part in zip([found, *under], drawn, parts, strict=True):
-            to.append(Truth(float(w), one, part, zero_order))
-    return found, under
+            to.append(Truth(float(w), one, part[:, :3], zero_order[:3]))
+        for number, its in enumerate(of_lamp.values(), 1):
+            own = slice(3 * number, 3 * number + 3)
+            its.append(Truth(float(w), first, parts[0][:, own], zero_order[own]))
+    return found, under, of_lamp
 
 
 def _draw_w(w_range: tuple[float, float], count: int, rng: np.random.Generator, *, least: float) -> np.ndarray:
@@ -288,18 +292,6 @@ def _with_bound(table: Table, reliefs: Sequence[Relief], truth: list[Truth], pro
         return np.maximum(table.albedo_bound(pairs.wi), table.albedo_bound(pairs.wr))
 
     return measure(bounded, table.candidate, table.illuminant, holds_reflectance=True, held_bound=held)
-
-
-def zero_order_budget(reliefs: Sequence[Relief], samples: int, asked: float) -> float:
-    """The largest |dY| of the zero order that passes: the sum of three errors, times `asked` if above 1.
-
-    The first error is the rounding of a half float. The second is the smoothing of Z(w) by B-splines over samples h
-    apart: at most |Z''| h^2 / 6 <= (2 pi sigma / lambda)^2 h^2 / 3 for heights of variance sigma^2, where Z'' is the
-    second derivative of Z. The third is the expansion's tolerance."""
-    step = 2 / (samples - 1)
-    variance = max(np.average(relief.height_m**2, weights=relief.apodisation**2) for relief in reliefs)
-    bend = (2 * np.pi / WAVELENGTH_MIN_M) ** 2 * variance * step**2 / 3
-    return max(1.0, asked) * float(_HALF_STEP + bend + _EXPANSION)
 
 
 def _rings(table: Table, truth: list[Truth]) -> list[Ring]:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ..bake.request import COHERENCE_UM, DELTA_E, HEIGHT_NM, MODELS, PATCH_UM, SIZE_UM, SPREAD_DEG
 from ..base.failure import GratingError
-from ..colour.illuminants import LAMPS, illuminant_of
+from ..colour.illuminants import LAMPS, OWN_MAX, illuminant_of, parts_of
 from ..reflectance.matter import Matter
 from ..reflectance.matter_text import parse
 from ..reflectance.metals import METALS
@@ -81,10 +81,12 @@ def add_bake_options(parser: argparse.ArgumentParser) -> None:
         help="bake only what a scene reaches; inside Blender the verb `needs` writes such a file",
     )  # fmt: skip
     parser.add_argument(
-        "--illuminant", type=illuminant_argument, metavar="LIGHT",
+        "--illuminant", "--spectra", type=illuminant_argument, metavar="LIGHT",
         help="the light on the surface, whose own spectrum makes the colours: an illuminant of the CIE (D65, E, A, C, "
         "D50, FL1 to FL12, HP1 to HP5, LED-B1, ...), a black body as 2700K, daylight as D5500, a laser's line as "
-        f"532nm, a lamp ({', '.join(LAMPS)}), or a file of wavelengths in nm and powers; default D65",
+        f"532nm, a lamp ({', '.join(LAMPS)}), or a file of wavelengths in nm and powers; default D65. For a scene with "
+        "several lamps: smooth holds the colours under daylight and black bodies, led also those under LEDs, and "
+        f"smooth+tube or led+FL11+532nm also those under up to {OWN_MAX} further lamps",
     )  # fmt: skip
     parser.add_argument(
         "--matter", type=matter_argument, metavar="MATTER",
@@ -154,6 +156,14 @@ def illuminant_argument(text: str) -> str:
     """Parse an illuminant, or read its file."""
     with _as_argument():
         return illuminant_of(text)
+
+
+def lamp_argument(text: str) -> str:
+    """Parse one lamp, or read its file."""
+    found = illuminant_argument(text)
+    if len(parts_of(found)) > 1:
+        raise argparse.ArgumentTypeError(f"{text:.40} is no single lamp; give one, such as 2700K")
+    return found
 
 
 def coherence_argument(text: str) -> float | None:

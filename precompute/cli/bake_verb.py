@@ -19,6 +19,7 @@ from ..measure.shown_colours import told
 from ..presets.presets import preset_names, read_preset
 from ..table import atlas_file
 from .arguments import add_bake_options, add_input
+from .lamps_line import line_of_bake
 from .option_types import name_argument, path_argument
 from .printing import Progress, emit
 
@@ -78,7 +79,7 @@ def run(arguments: argparse.Namespace) -> None:
             believed=lambda facts: are_facts(facts, height_maps), progress=progress,
         )  # fmt: skip
     lamps = [lamp_line(space, request.illuminant) for space in RGB_SPACES]
-    emit(facts, arguments.json, lambda: (*bake_summary(facts), *filter(None, lamps)))
+    emit(facts, arguments.json, lambda: (*bake_summary(facts, request.illuminant), *filter(None, lamps)))
 
 
 def request_of(arguments: argparse.Namespace) -> BakeRequest:
@@ -155,8 +156,8 @@ def read_request(path: Path) -> BakeRequest:
     return request
 
 
-def bake_summary(facts: Mapping[str, Any]) -> tuple[str, ...]:
-    """The summary of a bake, in lines of text."""
+def bake_summary(facts: Mapping[str, Any], illuminant: str) -> tuple[str, ...]:
+    """The summary of a bake under an illuminant, in lines of text."""
     de = facts["delta_e"]
     origin = "from the cache, baked in " if facts["cached"] else ""
     return (
@@ -166,7 +167,7 @@ def bake_summary(facts: Mapping[str, Any]) -> tuple[str, ...]:
         f"dE00 mean {de['mean']:.2f}, p95 {de['p95']:.2f}, p99 {de['p99']:.2f}, max {de['max']:.2f} "
         f"({de['pairs']} direction pairs)",
         *_of_large_lamps(de),
-        *filter(None, [told(facts.get("shown", {}))]),
+        *filter(None, [line_of_bake(de, illuminant), told(facts.get("shown", {}))]),
         *facts.get("levelling", ()),
         f"self-check {facts['check_seconds']:.1f} s",
     )

@@ -10,6 +10,7 @@ from ..check.verdict import Verdict, check
 from ..measure.shown_colours import told
 from ..table import atlas_file
 from .arguments import STEP_NM, add_input, existing_bake, height_map_of
+from .lamps_line import lamps_line
 from .option_types import count, name_argument, number
 from .printing import Progress, emit
 
@@ -74,12 +75,14 @@ def check_summary(file: Path, verdict: Verdict) -> tuple[str, ...]:
     rings = ", ".join(
         f"{ring.u_from:g} to {ring.u_to:g}: {ring.relative_dy:.2%}" for ring in verdict.rings if ring.light > 1e-3
     )
+    lamps = {lamp: (its.errors.mean, its.errors.p95) for lamp, its in verdict.lamps.items()}
     return (
         f"{file}: asked a dE00 of {verdict.asked:g}, {verdict.seconds:.1f} s",
         f"dE00 mean {de.mean:.2f}, p95 {de.p95:.2f}, p99 {de.p99:.2f}, max {de.max:.2f}, |dY| {de.relative_dy:.2%} "
         f"({de.pairs} direction pairs)",
         f"|dY| by |u|: {rings}; zero order {verdict.zero_order_dy:.1e}",
         *(_wide_line(verdict),) * bool(verdict.wide),
+        *filter(None, [lamps_line(lamps)]),
         *filter(None, [told({space: found.as_dict() for space, found in verdict.shown.items()})]),
     )
 

@@ -11,6 +11,7 @@ from ..bake.request import BakeRequest
 from ..base.failure import GratingError, Setting
 from ..base.files import write_whole
 from ..base.packages import bundled
+from ..colour.illuminants import parts_of
 from ..colour.observer import wavelengths
 from ..maps import brdf_map
 from ..maps.spectral_exr import write_spectra, write_xyz
@@ -20,6 +21,7 @@ from ..methods.method_registry import ENTRIES, MAP_METHODS, METHODS
 from ..spectra.patch_window import shifted
 from ..surface.relief import Relief, prepare
 from ..table import atlas, atlas_file
+from ..table.table import Table
 from .arguments import (
     PERIOD_NM,
     STEP_NM,
@@ -29,6 +31,7 @@ from .arguments import (
     coherence_argument,
     existing_bake,
     height_map_of,
+    lamp_argument,
     naming,
     period_of,
 )
@@ -81,6 +84,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="form of the BRDF: that of the materials, or Stam's; the thesis's methods have Stam's",
     )
     parser.add_argument(
+        "--lamp",
+        type=lamp_argument,
+        metavar="LIGHT",
+        help="the lamp's spectrum, as --illuminant of `bake` names it; by default that of the bake, or D65. A mirror "
+        "stays white. A bake needs the channels of --illuminant smooth or led, or this lamp in its --illuminant",
+    )
+    parser.add_argument(
         "--channels",
         choices=(RGB, XYZ, SPECTRUM),
         default=RGB,
@@ -131,6 +141,13 @@ def _check(arguments: argparse.Namespace) -> None:
             "--patch-um", f"the method {arguments.method} has no window on one patch",
             ("leave it out, or give ", Setting.METHOD, f" one of {', '.join(of_a_patch)}"),
         )  # fmt: skip
+    of_lamps = (baked.ENTRY.name, exact.Ensemble.name)
+    if arguments.lamp is not None and (arguments.channels == SPECTRUM or arguments.method not in of_lamps):
+        of = "a spectrum" if arguments.channels == SPECTRUM else f"the method {arguments.method}"
+        raise GratingError(
+            "--lamp", f"{of} has no lamp",
+            ("leave it out, or give ", Setting.METHOD, f" {' or '.join(of_lamps)} and other --channels"),
+        )  # fmt: skip
     if arguments.channels != SPECTRUM:
         if arguments.wavelength_nm:
             remedy = f"give --channels {SPECTRUM}, or leave it out"
@@ -163,17 +180,28 @@ def brdf_map_of(arguments: argparse.Namespace, progress: Progress) -> tuple[np.n
         if arguments.method != baked.ENTRY.name:
             remedy = ("give ", Setting.METHOD, f" {arguments.method} the height map")
             raise GratingError(file, "a bake no longer holds the surface", remedy)
-        table, _ = atlas_file.read(file)
+        table = _under(atlas_file.read(file)[0], arguments.lamp, file)
         return brdf_map.from_bake(table, arguments.size, wi, stam=stam), table.illuminant
-    length_m = _length_of(arguments)
+    length_m, illuminant = _length_of(arguments), arguments.lamp or "D65"
     relief = prepare(height_map_of(arguments))
     if arguments.method == baked.ENTRY.name:
-        table = atlas.unpack(*atlas.pack(bake(relief, BakeRequest(coherence_length_m=length_m), progress=progress)))
+        request = BakeRequest(coherence_length_m=length_m, illuminant=illuminant)
+        table = atlas.unpack(*atlas.pack(bake(relief, request, progress=progress)))
         return brdf_map.from_bake(table, arguments.size, wi, stam=stam), table.illuminant
     if arguments.method == exact.Ensemble.name:
-        seen = brdf_map.seen_colour(arguments.step_nm * 1e-9)
-        return _by_reference(relief, seen, arguments, progress=progress), "D65"
+        seen = brdf_map.seen_colour(arguments.step_nm * 1e-9, illuminant)
+        return _by_reference(relief, seen, arguments, progress=progress), illuminant
     return brdf_map.from_method(method_of(relief, arguments), arguments.size, wi, progress=progress), "D65"
+
+
+def _under(table: Table, lamp: str | None, file: Path) -> Table:
+    """A bake's table under a lamp. Raises GratingError for a bake without channels for another lamp than its own."""
+    if lamp is None or lamp == table.illuminant:
+        return table
+    if len(parts_of(table.illuminant)) == 1:
+        fault = f"a bake for {table.illuminant:.40} alone has no colours under {lamp:.40}"
+        raise GratingError(file, fault, "bake with --illuminant smooth, led, or this lamp")
+    return table.under(lamp)
 
 
 def spectra_of(arguments: argparse.Namespace, lambdas_m: np.ndarray, progress: Progress) -> np.ndarray:

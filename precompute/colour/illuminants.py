@@ -64,6 +64,7 @@ CHANNEL_SETS = {"smooth": 3, "led": 6}
 # What joins the parts of a text, its first part, and the greatest number of lamps with their own colours.
 JOINT, FIRST = "+", "D65"
 OWN_MAX = 4
+_JOINT_EXAMPLE = f"{FIRST}+led+FL11"
 _EXAMPLES = "2700K, D5500, LED-B1, FL11, 589nm, or a file of wavelengths in nm and powers"
 
 
@@ -93,7 +94,10 @@ def canonical(text: str) -> str:
     if is_spectrum_text(text):
         return text
     if JOINT in text or _is_set(text):
-        return _joined(text, [_part(each) for each in text.split(JOINT)])
+        parts = text.split(JOINT)
+        if not all(map(str.strip, parts)):
+            raise GratingError(f"{text:.40}", "has an empty part", f"give {_JOINT_EXAMPLE}")
+        return _joined(text, [_part(each) for each in parts])
     return _one(text)
 
 
@@ -111,8 +115,10 @@ def _joined(text: str, parts: list[str]) -> str:
     """The canonical text of parts. Raises GratingError, with the typed text, for parts that no bake can have."""
     sets = [each for each in parts if each in CHANNEL_SETS]
     own = [each for each in parts if each not in CHANNEL_SETS and each != FIRST]
-    if len(sets) > 1 or len({*sets, *own}) < len(sets) + len(own):
-        raise GratingError(f"{text:.40}", "names a part twice, or two sets of channels", f"give {FIRST}+led+FL11")
+    if len(set(parts)) < len(parts):
+        raise GratingError(f"{text:.40}", "names a part twice", f"give each once, as in {_JOINT_EXAMPLE}")
+    if len(sets) > 1:
+        raise GratingError(f"{text:.40}", f"names {' and '.join(sets)}", "give one of them: led holds all of smooth")
     if len(own) > OWN_MAX:
         raise GratingError(f"{text:.40}", f"has {len(own)} lamps with their own colours", f"give at most {OWN_MAX}")
     return JOINT.join([FIRST, *sets, *own])
@@ -131,20 +137,30 @@ def _one(text: str) -> str:
     known = {name.lower(): name for name in named()}
     if plain in known:
         return known[plain]
-    close = difflib.get_close_matches(plain[:40], [*known, *LAMPS], n=3)
+    close = difflib.get_close_matches(plain[:40], [*known, *LAMPS, *CHANNEL_SETS], n=3, cutoff=0.65)
     remedy = f"did you mean {' or '.join(known.get(name, name) for name in close)}?" if close else f"give {_EXAMPLES}"
     raise GratingError(f"{text:.40}", "is no known illuminant", remedy)
 
 
 def illuminant_of(text: str) -> str:
-    """The canonical text of an illuminant, of one of LAMPS, or of a file: a text with a dot or a folder in it.
+    """The canonical text of an illuminant, of one of LAMPS, of a file: a text with a dot or a folder in it, or of
+    several parts.
 
     Raises GratingError for a text that names none, and as read_spectrum does."""
-    if is_spectrum_text(text):
-        return text
-    if JOINT in text and not Path(text).is_file():
-        return canonical(JOINT.join(each if _is_set(each) else illuminant_of(each) for each in text.split(JOINT)))
-    return read_spectrum(Path(text)) if re.search(r"[./\\]", text) else canonical(text)
+    parts = [text] if _is_file(text) else text.split(JOINT)
+    return canonical(JOINT.join(map(_without_file, parts)))
+
+
+def _without_file(text: str) -> str:
+    """The text of a file's spectrum, if a text names a file, or else the text itself."""
+    return read_spectrum(Path(text.strip())) if re.search(r"[./\\]", text) and not is_spectrum_text(text) else text
+
+
+def _is_file(text: str) -> bool:
+    try:
+        return Path(text).is_file()
+    except (OSError, ValueError):  # a name that no file can have
+        return False
 
 
 def parts_of(illuminant: str) -> list[str]:

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ..base.failure import GratingError
+from ..base.files import read_limited
 
 # The greatest size of a file in bytes, and the greatest number of points that a text holds: a spectrometer has about
 # a thousand from 380 to 780 nm.
@@ -72,13 +73,7 @@ def read_spectrum(path: Path) -> str:
 
 def _lines(path: Path) -> list[str]:
     remedy = "give a text file of wavelengths and powers"
-    try:
-        if path.exists() and not path.is_file():  # opening a fifo would block
-            raise GratingError(path, "is no file", remedy)
-        with path.open("rb") as file:
-            content = file.read(LARGEST_BYTES + 1)
-    except (OSError, ValueError) as error:
-        raise GratingError(path, f"cannot be read ({getattr(error, 'strerror', None) or error})", remedy) from error
+    content = read_limited(path, LARGEST_BYTES, remedy)
     if len(content) > LARGEST_BYTES:
         raise GratingError(path, f"is larger than {LARGEST_BYTES >> 20} MiB", "keep the lines from 380 to 780 nm")
     try:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..base.progress import Progress, silent
 from ..colour.gamut import shown_rgb
-from ..colour.observer import WAVELENGTH_MIN_M, spectral_weights, wavelengths
+from ..colour.observer import WAVELENGTH_MIN_M, seen_wavelengths, spectral_weights, wavelengths
 from ..colour.working_space import rgb_from_xyz, srgb_encode
 from ..methods.method import Method
 from ..optics.brdf import half_angle_cosine, scattering_factor
@@ -38,10 +38,10 @@ class Seen(NamedTuple):
     weights: np.ndarray
 
 
-def seen_colour(step_m: float) -> Seen:
-    """XYZ under D65, from wavelengths step_m apart."""
-    lambdas = wavelengths(step_m)
-    return Seen(lambdas, spectral_weights(lambdas))
+def seen_colour(step_m: float, illuminant: str = "D65") -> Seen:
+    """XYZ under an illuminant, from wavelengths step_m apart."""
+    lambdas = seen_wavelengths(wavelengths(step_m), illuminant)
+    return Seen(lambdas, spectral_weights(lambdas, illuminant))
 
 
 def seen_spectrum(lambdas_m: np.ndarray) -> Seen:

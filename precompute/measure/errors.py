@@ -37,10 +37,10 @@ Candidate = Callable[[np.ndarray, np.ndarray, float], tuple[np.ndarray, np.ndarr
 # held_bound(pairs): a candidate's albedo bound (n,) at direction pairs.
 HeldBound = Callable[[Pairs], np.ndarray]
 # The fields of Errors that are differences of colour.
-_COLOUR = ("mean", "p95", "p99", "max", "p99_of_w")
+_COLOUR = ("mean", "p95", "p99", "max", "p95_of_w", "p99_of_w")
 # The share of pairs above the 99th percentile.
 _ABOVE = 0.01
-# The least number of values of w whose spread is measured, and of pairs of one w whose 99th percentile is.
+# The least number of values of w whose spread is measured, and of pairs of one w whose percentiles are.
 _GROUPS_MIN, _OF_W = 8, 100
 
 
@@ -53,8 +53,9 @@ class Errors:
     relative_rms         rms of dY over the rms of Y
     zero_order_dy        largest |dY| of the zero order
     pairs                number of direction pairs
-    share_deviation      standard deviation of the share of pairs below p99, by sampling; see `p99_allowance`
+    share_deviation      standard deviation of the share of pairs below p99, by sampling; see the allowances
     p99_of_w             largest p99 of the pairs of one w, among values of w with at least _OF_W pairs; see `claim`
+    p95_of_w             the same of p95
     """
 
     mean: float
@@ -67,6 +68,7 @@ class Errors:
     pairs: int
     share_deviation: float
     p99_of_w: float = 0.0
+    p95_of_w: float = 0.0
 
     @property
     def p99_allowance(self) -> float:
@@ -75,10 +77,22 @@ class Errors:
         The standard deviation of the share of pairs below the percentile, divided by the probability density at the
         percentile, is the standard deviation of the estimate. The density is that of an exponential tail through p95
         and p99: 0.01 over (p99 - p95) / ln 5."""
-        if not math.isfinite(self.p99):
-            return 0.0
-        tail = (self.p99 - self.p95) / math.log(5)
-        return _CONFIDENCE * tail * self.share_deviation / 0.01
+        return self._tail * self.share_deviation / _ABOVE
+
+    @property
+    def p95_allowance(self) -> float:
+        """The sampling error of the 95th percentile: two standard deviations.
+
+        It follows as for the 99th. The variance of a share s is proportional to s (1 - s), for independent pairs and
+        for pairs whose errors are as similar as those beside the 99th percentile."""
+        share = 0.05
+        ratio = math.sqrt(share * (1 - share) / (_ABOVE * (1 - _ABOVE)))
+        return self._tail * self.share_deviation * ratio / share
+
+    @property
+    def _tail(self) -> float:
+        """Two lengths over which an exponential tail through p95 and p99 falls to 1 / e."""
+        return _CONFIDENCE * (self.p99 - self.p95) / math.log(5) if math.isfinite(self.p99) else 0.0
 
     @property
     def p99_most(self) -> float:
@@ -92,6 +106,11 @@ class Errors:
         The percentile of pairs of several w is at most the largest of each w alone."""
         return max(self.p99_most, self.p99_of_w)
 
+    @property
+    def p95_claim(self) -> float:
+        """The dE00 that the 95th percentile keeps, however the values of w are distributed."""
+        return max(self.p95 + self.p95_allowance, self.p95_of_w)
+
     def as_dict(self) -> dict[str, float | None]:
         """Convert the errors to JSON, with p99_most; null stands for an infinite error (see `measure`)."""
         told = {**asdict(self), "p99_most": self.p99_most}
@@ -100,7 +119,7 @@ class Errors:
     def worse_of(self, other: "Errors") -> "Errors":
         """Of two measurements, the one with the larger p99_most, with the larger error of the other figures."""
         worse = max(self, other, key=lambda each: each.p99_most)
-        figures = ("relative_dy", "relative_rms", "zero_order_dy", "p99_of_w")
+        figures = ("relative_dy", "relative_rms", "zero_order_dy", "p95_of_w", "p99_of_w")
         return replace(worse, **{name: max(getattr(self, name), getattr(other, name)) for name in figures})
 
     def worse_by(self, delta_e: float, relative: float) -> "Errors":
@@ -135,9 +154,11 @@ def measure(
     *,
     holds_reflectance: bool = False,
     held_bound: HeldBound | None = None,
+    worst_by: str = "p99",
 ) -> Errors:
     """Measure a candidate against the truth. Both are of a dielectric, or hold the reflectance of their matter. With
-    `held_bound`, the radiance is divided by the albedo bound, which the truths then hold.
+    `held_bound`, the radiance is divided by the albedo bound, which the truths then hold. `worst_by` names the figure
+    by which an exposure is the worst.
 
     A candidate that returns NaN or infinity has infinite errors of colour."""
     references, answers, zero = [], [], []
@@ -155,7 +176,7 @@ def measure(
     drawn = np.concatenate([t.pairs.drawn for t in truth])
     if np.isfinite(answer).all():
         group = np.repeat(np.arange(len(truth)), [len(t.pairs.wi) for t in truth])
-        colour = worst_exposure(reference, answer, drawn, white=white_xyz(illuminant), group=group)
+        colour = worst_exposure(reference, answer, drawn, white=white_xyz(illuminant), group=group, by=worst_by)
     else:
         colour = {**dict.fromkeys(_COLOUR, float("inf")), "share_deviation": 0.0}
     # Relative errors are meaningless if the truth is dark up to rounding; then the errors are absolute.
@@ -172,10 +193,16 @@ def measure(
 
 
 def worst_exposure(
-    reference: np.ndarray, answer: np.ndarray, drawn: np.ndarray, *, white: np.ndarray, group: np.ndarray | None = None
+    reference: np.ndarray,
+    answer: np.ndarray,
+    drawn: np.ndarray,
+    *,
+    white: np.ndarray,
+    group: np.ndarray | None = None,
+    by: str = "p99",
 ) -> dict[str, float]:
-    """Mean, p95, p99, max, p99_of_w and share_deviation (see Errors) of the CIEDE2000 between two radiances (n, 3) in
-    XYZ, at the exposure with the largest p99; p99_of_w at the exposure where it is largest.
+    """Mean, p95, p99, max, p95_of_w, p99_of_w and share_deviation (see Errors) of the CIEDE2000 between two radiances
+    (n, 3) in XYZ, at the exposure with the largest figure `by`; p95_of_w and p99_of_w where each is largest.
 
     Each exposure puts one of EXPOSURE_PERCENTILES of the reference's Y at 1. The percentiles use the pairs in the mask
     `drawn` (n,), which were drawn from the reference's spectrum. white (3,) is the XYZ of white. Pairs of one w
@@ -193,17 +220,20 @@ def worst_exposure(
             continue
         de = delta_e_2000(lab(ref[counted], white), lab(ans[counted], white))
         p95, p99 = np.percentile(de, [95, 99])
-        of_w = 0.0 if group is None else _largest_of_w(de, group[counted])
-        found = dict(zip(_COLOUR, map(float, (de.mean(), p95, p99, de.max(), of_w)), strict=True))
+        of_w = np.zeros(2) if group is None else _largest_of_w(de, group[counted])
+        found = dict(zip(_COLOUR, map(float, (de.mean(), p95, p99, de.max(), *of_w)), strict=True))
         found["share_deviation"] = _share_deviation(de > p99, None if group is None else group[counted])
-        worst = max(worst, found, key=lambda each: each["p99"]) | {"p99_of_w": max(worst["p99_of_w"], of_w)}
+        largest = {name: max(worst[name], found[name]) for name in ("p95_of_w", "p99_of_w")}
+        worst = max(worst, found, key=lambda each: each[by]) | largest
     return worst
 
 
-def _largest_of_w(de: np.ndarray, group: np.ndarray) -> float:
-    """The largest 99th percentile of dE00 (n,) in a group (n,) of one w, among groups of at least _OF_W pairs."""
+def _largest_of_w(de: np.ndarray, group: np.ndarray) -> np.ndarray:
+    """The largest 95th and the largest 99th percentile (2,) of dE00 (n,) in a group (n,) of one w, among groups of at
+    least _OF_W pairs."""
     groups = np.split(de, np.flatnonzero(np.diff(group)) + 1)
-    return float(max((np.percentile(each, 99) for each in groups if len(each) >= _OF_W), default=0.0))
+    found = [np.percentile(each, [95, 99]) for each in groups if len(each) >= _OF_W]
+    return np.max([np.zeros(2), *found], axis=0)
 
 
 def _share_deviation(above: np.ndarray, group: np.ndarray | None) -> float:

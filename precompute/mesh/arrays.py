@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..base.files import is_no_file
 from ..base.memory import refuse_beyond_memory
 from ..base.strict_zip import Archive
 
@@ -35,7 +36,7 @@ def read_arrays(path: Path, wanted: Mapping[str, Wanted]) -> dict[str, np.ndarra
 
     Raises OSError if the file cannot be read; ValueError, with the fault, if it is no .npz file or an array has another
     kind or shape; GratingError if the arrays do not fit into memory."""
-    if path.exists() and not path.is_file():  # opening a fifo would block
+    if is_no_file(path):
         raise ValueError("it is no file")
     with path.open("rb") as file:
         archive = Archive(file)

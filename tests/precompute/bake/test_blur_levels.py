@@ -105,7 +105,7 @@ def sampled(request):
         for w in (0.7, 1.6):
             drawn = draw_pairs(self_check._spectrum(chosen.ensemble, rng), sigma, w, count=250, rng=rng)
             drawn = drawn.within(Region((-1.5, 1.5), (-1.5, 1.5)))
-            truths.append(self_check._truth(replace(chosen, sigma_b=sigma), drawn, w, "D65", silent))
+            truths.extend(self_check._truths(replace(chosen, sigma_b=sigma), drawn, w, ("D65",), "D65", silent))
         variance = (grown - 1) * table.sigma_b**2
 
         def read(u, v, w):

@@ -48,7 +48,7 @@ def gold():
 def errors_of(made, baked):
     """The self-check's errors for a table of the same relief."""
     relief, chosen, _ = made
-    return self_check.judge((relief,), chosen, "D65", progress=lambda *_: None)(baked)
+    return self_check.judge((relief,), chosen, "D65", progress=lambda *_: None).errors_of(baked)
 
 
 @pytest.mark.parametrize("w_range", [(0.0, 2.0), (0.7, 1.3), (1.95, 2.0)])
@@ -80,7 +80,8 @@ def test_a_small_region_is_still_looked_at(matter):
     at some of the pairs, and the smaller number counts."""
     relief, needs = skin(), Needs(Region((0.5, 0.9), (-0.1, 0.1)), w=(1.0, 1.4))
     chosen = plan(relief, BakeRequest(coherence_length_m=COHERENCE_M, matter=parse(matter), needs=needs))
-    errors = self_check.judge((relief,), chosen, "D65", progress=lambda *_: None)(carry_out(chosen))
+    judge = self_check.judge((relief,), chosen, "D65", progress=lambda *_: None)
+    errors = judge.errors_of(carry_out(chosen))
     assert errors.pairs > (300 if matter == "gold" else 1000) and errors.p99 <= 1
 
 

@@ -53,7 +53,7 @@ def test_it_finds_what_sums_over_bins_find(planned, level):
     rng, truths = np.random.default_rng(5), []
     for w in wide_check._values_of_w(exact):
         drawn = draw_pairs(self_check._spectrum(chosen.ensemble, rng), wide.sigma_b, w, count=150, rng=rng)
-        truths.append(self_check._truth(wide, drawn, w, "D65", silent))
+        truths.extend(self_check._truths(wide, drawn, w, ("D65",), "D65", silent))
     variance = wide.sigma_b**2 - exact.sigma_b**2
     by_sums = measure(
         truths, lambda u, v, w: (stored.scattered_over_w2(u, v, w, variance=variance), stored.zero_order_xyz(w))

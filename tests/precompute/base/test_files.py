@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writing files whole or not at all: links, permissions, full disks, and leftovers of a job."""
+"""Writing files whole or not at all: links, permissions, full disks, and leftovers of a job. And reading with a
+limit."""
 
 import errno
 import os
@@ -9,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from precompute.base.failure import GratingError
-from precompute.base.files import partial_folder, write_together, write_whole
+from precompute.base.files import partial_folder, read_limited, write_together, write_whole
 from precompute.base.job import JOB_VARIABLE
 
 
@@ -88,3 +89,26 @@ def test_what_a_job_leaves_is_found_by_its_name(tmp_path, monkeypatch):
     monkeypatch.setenv(JOB_VARIABLE, str(tmp_path / "natural-gratings-x_1"))
     with partial_folder(tmp_path, "bake.0123"):
         assert len(list(tmp_path.glob(".*.natural-gratings-x_1.partial"))) == 1
+
+
+def test_one_byte_more_than_the_limit_is_read(tmp_path):
+    """So a caller sees that a file is too large, and reads no more of it."""
+    path = tmp_path / "data"
+    for count, expected in ((0, 0), (9, 9), (10, 10), (11, 11), (12, 11), (10**5, 11)):
+        path.write_bytes(b"x" * count)
+        assert len(read_limited(path, 10, "give less")) == expected
+
+
+@pytest.mark.parametrize(("name", "told"), [
+    ("gone", "cannot be read (No such file or directory); give a file"), ("folder", "is no file; give a file"),
+    ("fifo", "is no file"), ("x" * 300, "cannot be read"), ("a\0b", "cannot be read"),
+])  # fmt: skip
+def test_what_cannot_be_read_is_told_in_a_line(tmp_path, name, told):
+    (tmp_path / "folder").mkdir()
+    if name == "fifo":
+        if not hasattr(os, "mkfifo"):
+            pytest.skip("fifos are POSIX's")
+        os.mkfifo(tmp_path / "fifo")
+    with pytest.raises(GratingError) as error:
+        read_limited(tmp_path / name, 10, "give a file")
+    assert told in str(error.value) and str(error.value).isprintable()

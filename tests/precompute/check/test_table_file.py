@@ -7,7 +7,7 @@ import pytest
 from precompute.check.table_file import read_table
 from precompute.table import atlas, atlas_file
 from precompute.table.table import Table
-from precompute.table.tiling import SPACINGS, cell_for
+from precompute.table.tiling import SPACINGS, Cell, cell_for
 
 
 @pytest.mark.parametrize("precision", [np.float16, np.float32])
@@ -27,6 +27,38 @@ def test_a_table_is_read_as_a_renderer_reads_it(tmp_path, precision):
         expected = stored.scattered_over_w2(u, v, w)
         np.testing.assert_allclose(read.scattered_over_w2(u, v, w), expected, rtol=0, atol=1e-5)
         np.testing.assert_allclose(read.zero_order_xyz(w), stored.zero_order_xyz(w), rtol=1e-6)
+
+
+@pytest.mark.parametrize("bound", [0, 9])
+@pytest.mark.parametrize(("illuminant", "channels"), [("D65+smooth", 6), ("D65+led", 9), ("D65+smooth+2700K+FL11", 12)])
+def test_all_channels_are_read(tmp_path, illuminant, channels, bound):
+    """Random numbers in every texel, on two levels, without and with the rows of a metal's bound."""
+    rng, spacing = np.random.default_rng(2), SPACINGS[0]
+    cell = Cell((30, 40), 2, spacing, spacing.stretch)
+    levels = [
+        rng.standard_normal((5, *(count + 4 for count in cell.inner_of(level)), channels)).astype(np.float32)
+        for level in range(2)
+    ]
+    excess = rng.random((bound, bound)).astype(np.float16).astype(np.float32) if bound else None
+    table = Table(
+        levels[0], rng.random((50, channels)), 0.05, 0.02, illuminant, excess, precision=np.float32,
+        wider=(levels[1],), spacing=spacing, coarser=cell.coarser,
+    )  # fmt: skip
+    path = tmp_path / "table.exr"
+    header = {"model": "ensemble", "request": {"matter": "gold" if bound else "dielectric"}}
+    atlas_file.write_together({path: atlas.pack(table)}, header)
+    read, stored = read_table(path), atlas_file.read(path)[0]
+    u, v = rng.uniform(-0.5, 0.5, 200), rng.uniform(-0.4, 0.4, 200)
+    for variance in (0.0, 0.6 * table.sigma_b**2):
+        expected = stored.channels_over_w2(u, v, 1.2, variance=variance)
+        found = read.channels_over_w2(u, v, 1.2, variance=variance)
+        assert found.shape == (200, channels)
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-5)
+        np.testing.assert_array_equal(read.scattered_over_w2(u, v, 1.2, variance=variance), found[:, :3])
+    # Single precision.
+    np.testing.assert_allclose(read.zero_order, table.zero_order, rtol=2.0**-23)
+    np.testing.assert_allclose(read.zero_order_xyz(1.3), stored.zero_order_xyz(1.3), rtol=1e-6)
+    np.testing.assert_array_equal(read.excess, excess if bound else np.empty((0, 0)))
 
 
 @pytest.mark.parametrize("coarser", [1.0, 1.4])

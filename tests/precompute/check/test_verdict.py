@@ -69,7 +69,8 @@ def test_a_bake_passes(run, baked, scan):
     status, out, err = run("check", baked, scan, *PICTURE, *QUICK)
     assert (status, err) == (0, "")
     assert (
-        len(out.splitlines()) == 5
+        len(out.splitlines()) == 6
+        and "under other lamps (mean dE00, 95th percentile): " in out
         and "a space lacks: Rec.709" in out
         and "dE00 mean" in out
         and "|dY|" in out
@@ -170,8 +171,8 @@ def test_a_failure_gives_its_errors_all_the_same(run, baked, scan, tmp_path):
     status, out, err = run("check", path, scan, *PICTURE, *QUICK, "--json", "-")
     facts = json.loads(out)
     assert status == 1 and len(err.splitlines()) == 1
-    # It fails in colour, under wider kernels too, and in light.
-    assert not facts["passed"] and len(facts["faults"]) == 3
+    # It fails in colour, under wider kernels and lamps too, and in light.
+    assert not facts["passed"] and len(facts["faults"]) == 4
     assert facts["delta_e"]["relative_dy"] == pytest.approx(0.3, abs=0.01)
 
 

@@ -10,6 +10,7 @@ import pytest
 from PIL import Image
 
 from precompute.bake import ensemble
+from precompute.bake.self_check import Judge
 from precompute.cli import parser
 from precompute.measure.errors import Errors, measure
 from precompute.measure.truths import truths
@@ -83,6 +84,26 @@ def test_bake_takes_its_options(run, scan, tmp_path):
     assert atlas_file.read(tmp_path / "skin.exr")[0].illuminant == "E"
 
 
+@pytest.mark.parametrize("light", ["D65", "smooth", "led+tube"])
+def test_bake_tells_its_errors_under_lamps(run, scan, tmp_path, light):
+    """One line after its other errors, with the figures of the JSON. Daylight's bake names the remedy."""
+    options = ("--delta-e", "5", *SHORT, "--spectra", light, "--json", tmp_path / "facts.json")
+    status, out, _ = run("bake", scan, *PICTURE, "-o", tmp_path, *options)
+    lamps = json.loads((tmp_path / "facts.json").read_text())["delta_e"]["lamps"]
+    (line,) = [line for line in out.splitlines() if line.startswith("under other lamps")]
+    (mean, p95), told = (
+        lamps["2700K"],
+        [f"{lamp} {lamps[lamp][0]:.1f} and {lamps[lamp][1]:.1f}" for lamp in ("LED-B1", "FL11")],
+    )
+    assert status == 0 and f": 2700K {mean:.1f} and {p95:.1f}, {', '.join(told)}" in line
+    assert ("; --illuminant smooth or led holds them" in line) == (light == "D65") == (p95 > 2)
+
+
+def test_a_bake_under_a_lamp_states_no_others(run, scan, tmp_path):
+    _, out, _ = run("bake", scan, *PICTURE, "-o", tmp_path, "--delta-e", "5", *SHORT, "--illuminant", "tungsten")
+    assert "other lamps" not in out and "lamp colour 1.935, 0.804, 0.192 (Rec.709)" in out
+
+
 def test_a_mirror_under_a_short_coherence_bakes(run, tmp_path):
     """The smallest table that there is: two empty tiles."""
     black = tmp_path / "mirror.png"
@@ -110,7 +131,9 @@ def test_progress_as_json_lines(run, scan, tmp_path, matter):
 
 
 def test_a_bake_that_misses_its_budget_is_not_written(refused, scan, tmp_path, monkeypatch):
-    monkeypatch.setattr(ensemble, "judge", lambda *_, **__: lambda _: Errors(1, 7.31, 7.31, 9, 0, 0, 0, 10, 0.03))
+    monkeypatch.setattr(
+        ensemble, "judge", lambda *_, **__: Judge(lambda _: Errors(1, 7.31, 7.31, 9, 0, 0, 0, 10, 0.03))
+    )
     told = refused("bake", scan, *PICTURE, "-o", tmp_path / "bakes", "--delta-e", "5", *SHORT, "--progress", "none")
     assert "7.31" in told and "--delta-e 7.7" in told
 
@@ -120,10 +143,10 @@ def test_a_bake_that_misses_its_budget_on_other_directions_is_not_written(refuse
     2 * (4.9 - 4) / ln 5 * 0.00315 / 0.01 = 0.35; for a tenth of this deviation it is a tenth."""
     asked = ("bake", scan, *PICTURE, "-o", tmp_path / "bakes", "--delta-e", "5", *SHORT, "--progress", "none")
     few, many = (Errors(1, 4.0, 4.9, 9, 0, 0, 0, 1000, deviation) for deviation in (0.00315, 0.000315))
-    monkeypatch.setattr(ensemble, "judge", lambda *_, **__: lambda _: few)
+    monkeypatch.setattr(ensemble, "judge", lambda *_, **__: Judge(lambda _: few))
     told = refused(*asked)
     assert "4.90" in told and "up to 0.35 more" in told and "--delta-e 5.6" in told
-    monkeypatch.setattr(ensemble, "judge", lambda *_, **__: lambda _: many)
+    monkeypatch.setattr(ensemble, "judge", lambda *_, **__: Judge(lambda _: many))
     assert run(*asked)[0] == 0
 
 

@@ -85,6 +85,29 @@ def test_row_zero_of_an_exr_map_is_plus_y(run, tmp_path):
     assert shown[8, 16].min() > 50 and shown[24, 16].max() == 0
 
 
+def test_map_under_a_lamp(run, refused, scan, tmp_path):
+    """Of a bake with channels for lamps, as sums under the lamp's spectrum show it: within the bake's dE00 of 1, which
+    is 2.5 code values, as in test_maps_by_either_method_agree. Daylight's picture differs more."""
+    given = ("--delta-e", "1", *SHORT, "--no-cache", "--progress", "none")
+    assert run("bake", scan, *PICTURE, *given, "--spectra", "smooth", "-o", tmp_path / "smooth")[0] == 0
+    shown = {}
+    for name, source in (
+        ("bake", (tmp_path / "smooth", "--lamp", "tungsten")),
+        ("sums", (scan, *PICTURE, *SHORT, "--method", "reference", "--step-nm", "10", "--lamp", "2700K")),
+        ("own", (scan, *PICTURE, *SHORT, "--lamp", "2700K")),
+        ("daylight", (tmp_path / "smooth",)),
+    ):
+        path = tmp_path / f"{name}.png"
+        assert run("map", *source, "-o", path, "--size", "48", "--theta-i", "-20")[0] == 0
+        shown[name] = np.asarray(Image.open(path)).astype(int)
+    off = {name: np.abs(shown[name] - shown["sums"]).mean() for name in ("bake", "own", "daylight")}
+    print(off)
+    assert max(off["bake"], off["own"]) < 2 < off["daylight"]
+    assert run("bake", scan, *PICTURE, *given, "-o", tmp_path / "plain")[0] == 0
+    told = refused("map", tmp_path / "plain", "--lamp", "2700K", "-o", tmp_path / "map.png")
+    assert "a bake for D65 alone has no colours under 2700K; bake with --illuminant smooth" in told
+
+
 REFERENCE = ("--method", "reference", "--size", "16", "--progress", "none")
 
 
@@ -152,6 +175,13 @@ def test_a_window_elsewhere_sees_what_is_there(run, tmp_path):
         (("-o", "map.png", "--patch-um", "1"), "1: give two numbers, as 20,32.5"),
         (("-o", "map.png", "--patch-um=-1,2"), "'-1': give a number from 0 to 1e+06"),
         (("-o", "map.png", "--channels", "xyz"), "a PNG cannot hold --channels xyz; name the file .exr"),
+        (("-o", "map.png", "--lamp", "moon"), "moon: is no known illuminant"),
+        (("-o", "map.png", "--lamp", "smooth"), "smooth is no single lamp; give one, such as 2700K"),
+        (("-o", "map.png", "--lamp", "2700K", "--method", "stam"), "--lamp: the method stam has no lamp; leave it out"),
+        (
+            ("-o", "map.exr", "--lamp", "2700K", "--channels", "spectrum", "--method", "reference"),
+            "a spectrum has no l",
+        ),
         (("-o", "map.exr", "--wavelength-nm", "500"), "--channels rgb has no wavelengths"),
         (("-o", "map.exr", "--channels", "spectrum"), "a bake holds colours, no spectra; give the height map"),
         (("-o", "map.exr", "--channels", "spectrum", "--wavelength-nm", "300"), "give a number from 380 to 780"),

@@ -1,6 +1,4 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-import warnings
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -55,15 +53,6 @@ OPPOSITE = (9, 13)
 SPACES = {"Rec.709": "ITU-R BT.709", "Rec.2020": "ITU-R BT.2020", "ACEScg": "ACEScg"}
 
 rounded = settings(deadline=None, max_examples=50)
-
-
-@pytest.fixture(scope="module")
-def science():
-    """colour-science, an independent implementation."""
-    with warnings.catch_warnings():
-        # It warns of missing packages that only its plots need.
-        warnings.simplefilter("ignore")
-        return pytest.importorskip("colour", reason="colour-science is the judge here", exc_type=ImportError)
 
 
 def random_lab(rng, count):

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Illuminants by their names, black bodies and daylight: their spectra, whites and weights."""
 
-import warnings
-
 import numpy as np
 import pytest
 
@@ -34,15 +32,6 @@ NM = np.arange(380.0, 781.0)
 WHITE = [*named(), "1000K", "1850K", "2700K", "25000K", "D4000", "D6500", "D25000"]
 # LEDs of one colour, as a file may hold them: wavelengths of the peak and standard deviations.
 COLOURED = {"blue": (450, 10), "green": (525, 15), "amber": (595, 7), "red": (660, 3)}
-
-
-@pytest.fixture(scope="module")
-def science():
-    """colour-science, an independent implementation."""
-    with warnings.catch_warnings():
-        # It warns of missing packages that only its plots need.
-        warnings.simplefilter("ignore")
-        return pytest.importorskip("colour", reason="colour-science is the judge here", exc_type=ImportError)
 
 
 def led(peak_nm, sigma_nm):

@@ -209,7 +209,7 @@ def test_as_dict_is_ready_for_json(truth):
     figures = measure(truth, exact).as_dict()
     assert set(figures) == {
         "mean", "p95", "p99", "max", "relative_dy", "relative_rms", "zero_order_dy", "pairs", "p99_most",
-        "share_deviation", "p99_of_w",
+        "share_deviation", "p95_of_w", "p99_of_w",
     }  # fmt: skip
     assert all(type(value) in (float, int) for value in figures.values())
 

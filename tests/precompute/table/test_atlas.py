@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from precompute.bake.resolution import RESOLUTION_MIN
+from precompute.colour.channels import channel_count
 from precompute.table import atlas
 from precompute.table.table import ZERO_ORDER_SAMPLES
 from precompute.table.tiling import (
@@ -200,6 +201,71 @@ def test_the_bound_stands_above_the_curve():
     assert layout.holds_reflectance and layout.is_valid and layout.strip_rows == atlas.STRIP_ROWS + 9
     np.testing.assert_array_equal(image[atlas.STRIP_ROWS : layout.strip_rows, :9, 1], excess)
     np.testing.assert_array_equal(atlas.unpack(image, layout).excess_albedo, excess)
+
+
+@pytest.mark.parametrize("bound", [0, 9])
+@pytest.mark.parametrize(("illuminant", "triples"), [("D65+smooth", 2), ("D65+led", 3), ("D65+led+FL11", 4)])
+def test_all_channels_come_back(illuminant, triples, bound):
+    """Random half floats in every texel. Each three channels have rows of the strip, and then cells of all terms; the
+    bound's rows stand between. The scale is a power of two, which loses no digit."""
+    rng, plain = np.random.default_rng(1), random_bake(levels=2)
+
+    def halves(*shape):
+        return rng.normal(size=shape).astype(np.float16).astype(np.float32)
+
+    terms, wider = (halves(*tiles.shape[:3], 3 * triples) for tiles in plain.levels)
+    table = replace(
+        plain, terms=terms, wider=(wider,), zero_order=halves(20, 3 * triples), illuminant=illuminant,
+        excess_albedo=halves(bound, bound) if bound else None,
+    )  # fmt: skip
+    image, layout = atlas.pack(table)
+    assert layout.is_valid and layout.triples == triples
+    assert layout.strip_rows == triples * atlas.STRIP_ROWS + bound and layout.holds_reflectance == (bound > 0)
+    again = atlas.unpack(image, layout)
+    for one, other in zip((*table.levels, table.zero_order), (*again.levels, again.zero_order), strict=True):
+        np.testing.assert_array_equal(one, other)
+    if bound:
+        np.testing.assert_array_equal(again.excess_albedo, table.excess_albedo)
+    # The first three channels of a term are in the cell that a table of XYZ alone has.
+    (rows, columns), last = layout.tile_block(1, 0), layout.tile_block(1, 1, triples - 1)
+    np.testing.assert_array_equal(image[rows, columns] * layout.scale, table.terms[1, ..., :3])
+    np.testing.assert_array_equal(image[last] * layout.scale, table.wider[0][1, ..., -3:])
+    for triple in range(triples):
+        for row in range(atlas.STRIP_ROWS):
+            curve = image[triple * atlas.STRIP_ROWS + row, :20]
+            np.testing.assert_array_equal(curve, table.zero_order[:, 3 * triple : 3 * triple + 3])
+
+
+@pytest.mark.parametrize("illuminant", ["D65+smooth", "D65+led"])
+def test_cells_of_several_channels_do_not_overlap(illuminant):
+    count = channel_count(illuminant)
+    plain = random_bake(5, (30, 41), levels=3)
+    levels = [np.repeat(tiles, count // 3, axis=-1) for tiles in plain.levels]
+    table = replace(plain, terms=levels[0], wider=tuple(levels[1:]), zero_order=np.zeros((20, count)))
+    layout = atlas.layout_of(replace(table, illuminant=illuminant))
+    taken = np.zeros((layout.height, layout.width), int)
+    taken[: layout.strip_rows] += 1
+    for triple in range(layout.triples):
+        for level in range(3):
+            for term in range(5):
+                taken[layout.tile_block(term, level, triple)] += 1
+    assert taken.max() == 1
+
+
+@pytest.mark.parametrize("bound", [0, 9])
+def test_strip_rows_are_those_of_the_channels(bound):
+    """A header whose rows or cells are too few or too many for its channels is refused, and so is one of other
+    channels than the picture's rows are for."""
+    table = replace(random_bake(), terms=np.zeros((5, 12, 12, 6), np.float32), zero_order=np.zeros((20, 6)))
+    excess = np.zeros((bound, bound), np.float32) if bound else None
+    layout = atlas.layout_of(replace(table, illuminant="D65+smooth", excess_albedo=excess))
+    assert layout.is_valid and layout.strip_rows == 8 + bound
+    for rows in (0, 4 + bound, 7 + bound, 9 + bound, 12 + bound):
+        assert not replace(layout, strip_rows=rows).is_valid
+    for other in ("D65", "D65+led", "D65+smooth+FL11", "D65+2700K+FL11", "smooth", "D65+smooth+smooth"):
+        assert not replace(layout, illuminant=other).is_valid
+    assert replace(layout, illuminant="D65+2700K").is_valid
+    assert not replace(layout, rows=1, columns=9).is_valid and replace(layout, rows=1, columns=10).is_valid
 
 
 @pytest.mark.parametrize(("terms", "resolution"), [(2, RESOLUTION_MIN), (5, RESOLUTION_MIN), (2, 500), (2, 1024)])
