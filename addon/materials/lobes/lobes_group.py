@@ -91,7 +91,7 @@ def build_world_group(
     colours = None
     if lamp_table is not None:
         colours = LampColours(tree, lamp_table, asked[SPECTRUM.name], layout.triples)
-    mirrored, *mirrored_of_world = mirror_image(surface, rgb_from_xyz, sigma, colours)
+    mirrored, *mirrored_of_world = mirror_image(surface, rgb_from_xyz, sigma, of_world=colours)
 
     draw = draws.add_to(tree, tree.value(geometry.outputs["Position"]))
     variance = _variance(tree, draw, layout.sigma_b, draws.layout.blur)

@@ -34,7 +34,7 @@ _LOST = (0.0, 0.3154179, 1.8708083, -6.56632187, 9.08209394, -3.98180142)
 
 
 def mirror_image(
-    surface: SeenSurface, rgb_from_xyz: np.ndarray, sigma: float, of_world: LampColours | None = None
+    surface: SeenSurface, rgb_from_xyz: np.ndarray, sigma: float, *, of_world: LampColours | None = None
 ) -> list[Value]:
     """The colour of the closure of the mirror image, for a kernel with standard deviation sigma above a plate; then
     the colour `of_world`, if it is given."""

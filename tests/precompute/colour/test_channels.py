@@ -10,9 +10,9 @@ from precompute.colour.channels import (
     channel_count,
     channel_weights,
     correlation_root,
+    lamp_curves,
     lamp_matrix,
     scene_matrix,
-    weighted_curves,
 )
 from precompute.colour.illuminants import (
     canonical,
@@ -94,6 +94,11 @@ def test_three_channels_are_multiplied_by_the_lamp_s_colour():
     np.testing.assert_allclose(scene_matrix("Rec.709", "D65", "2700K"), rgb_from_xyz(), atol=1e-12)
 
 
+def _weighted(lamp):
+    """A lamp's curves (401, 3), weighted by the correlation of reflectances."""
+    return correlation_root() @ lamp_curves(lamp)
+
+
 @pytest.mark.parametrize("illuminant", ["D65+smooth", "D65+led", "D65+FL11"])
 @pytest.mark.parametrize("lamp", ["2000K", "3100K", "D7000", "LED-B2", "FL2"])
 def test_no_other_matrix_misses_less(illuminant, lamp):
@@ -102,12 +107,12 @@ def test_no_other_matrix_misses_less(illuminant, lamp):
     nm = wavelengths(1e-9)
     weights = channel_weights(nm, illuminant)
     held, grey = correlation_root() @ weights, weights.sum(axis=0)
-    missed = held @ lamp_matrix(illuminant, lamp).T - weighted_curves(lamp)
+    missed = held @ lamp_matrix(illuminant, lamp).T - _weighted(lamp)
     free = np.eye(len(grey)) - np.outer(grey, grey) / (grey @ grey)
     changes = held @ free
-    sizes = np.linalg.norm(changes, axis=0)[:, None] * np.linalg.norm(weighted_curves(lamp), axis=0)
+    sizes = np.linalg.norm(changes, axis=0)[:, None] * np.linalg.norm(_weighted(lamp), axis=0)
     assert np.abs(changes.T @ missed / sizes).max() < 1e-5
-    assert np.linalg.norm(missed) < np.linalg.norm(weighted_curves("D65") - weighted_curves(lamp))
+    assert np.linalg.norm(missed) < np.linalg.norm(_weighted("D65") - _weighted(lamp))
 
 
 def test_the_shipped_curves_are_the_generator_s():
