@@ -104,6 +104,18 @@ def take_spectrum(light: bpy.types.Light) -> None:
     light.color = lamp_rgb(compat.working_space(), text).tolist() if kept else (1.0, 1.0, 1.0)
 
 
+def fault_of(light: bpy.types.Light) -> GratingError | None:
+    """What is wrong with the text of a lamp's spectrum; None if nothing is."""
+    text = getattr(light, FIELD, "")
+    if not text or spectrum_of(light):
+        return None
+    try:
+        canonical_spectrum(text)
+    except GratingError as error:
+        return error
+    return None
+
+
 def canonical_spectrum(typed: str) -> str:
     """The canonical text of one lamp's spectrum. Raises GratingError for a text that names none, for several parts, and
     for a damaged file."""

@@ -53,5 +53,6 @@ def far_lamps(group: bpy.types.NodeTree | None, scene: bpy.types.Scene) -> list[
         return []
     farthest = max(worst, key=lambda name: worst[name][1])
     mean, p95 = worst[farthest]
-    more = f" and {len(worst) - 1} more lamps" if len(worst) > 1 else ""
-    return [f"{farthest}{more}: the colours are off by a dE00 of {mean:.1f} on average, {p95:.0f} at worst (95 %)"]
+    more = f" and {len(worst) - 1} more" if len(worst) > 1 else ""
+    off = f"the colours are off by a dE00 of {mean:.1f} on average and {p95:.0f} in the worst twentieth"
+    return [f"{farthest}{more}: {off}"]

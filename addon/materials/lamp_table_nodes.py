@@ -3,67 +3,75 @@
 (precompute/colour/lamp_table.py)."""
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import bpy
 import numpy as np
 
+from ...precompute.colour.channels import channel_count
 from ...precompute.colour.lamp_table import lamp_table, lamps_of_table
 from ..blender import compat, stored
 from ..lamps.lamp_spectrum import FURTHER_MAX, further_spectra
 from ..nodes.builder import Tree, Value
 from .gamut_nodes import shown_under_lamp
-from .pictures import note_content, note_pictures, picture_of
+from .pictures import fault_of, note_content, note_pictures
 
 # The label of the nodes that look up a table of lamps begins with this.
 LABEL = "Lamp "
-# Custom properties of a response's node group, saved in files: its bake's light, and what its table is made from.
-_ILLUMINANT, _MADE_FOR = "ng_light_of_bake", "ng_lamps"
+# Custom properties of a table of lamps, saved in files: its bakes' light, and what it was made from.
+_ILLUMINANT, _CONTENT = "ng_lamps_of", "ng_lamps"
 _ROWS = len(lamps_of_table()) + FURTHER_MAX
-
-
-def renew_lamp_table(group: bpy.types.NodeTree | None) -> None:
-    """Exchange the table of lamps of a response's node group if lamps have got spectra of other files."""
-    if group is None:
-        return
-    illuminant = stored.text(group, _ILLUMINANT)
-    nodes = [node for node in group.nodes if node.type == "TEX_IMAGE" and node.label.startswith(LABEL)]
-    if not illuminant or group.library is not None or not nodes or nodes[0].image is None:
-        return
-    made = stored.text(group, _MADE_FOR)
-    if made != (wanted := _content(illuminant)):
-        image = lamp_table_image(illuminant)
-        for node in nodes:
-            node.image = image
-        group[_MADE_FOR] = wanted
-        note_pictures(group)
-
-
-def note_lamp_table(group: bpy.types.NodeTree, illuminant: str) -> None:
-    """Store which table of lamps a response's node group reads."""
-    group[_ILLUMINANT], group[_MADE_FOR] = illuminant, _content(illuminant)
-
-
-def _content(illuminant: str) -> str:
-    """What the file's table of lamps for an illuminant is made from."""
-    digest = hashlib.sha256("\n".join((illuminant, *further_spectra())).encode()).hexdigest()
-    return f"lamps {compat.working_space()} {digest}"
 
 
 def lamp_table_image(illuminant: str) -> bpy.types.Image:
     """The file's table of lamps for bakes under an illuminant, in the file's working space; created if needed."""
-    content = _content(illuminant)
-    if (present := picture_of(content)) is not None:
-        return present
-    table = lamp_table(compat.working_space(), illuminant, further_spectra())
+    for image in bpy.data.images:
+        if stored.text(image, _ILLUMINANT) == illuminant and image.library is None and not fault_of(image):
+            _renew(image, illuminant)
+            return image
+    columns = channel_count(illuminant) + 1
+    image = bpy.data.images.new("Lamp Spectra", columns, _ROWS, float_buffer=True, is_data=True)
+    image.use_half_precision = False
+    image[_ILLUMINANT] = illuminant
+    _renew(image, illuminant)
+    return image
+
+
+def renew_lamp_tables(groups: Iterable[bpy.types.NodeTree | None]) -> None:
+    """Renew the tables of lamps of responses' node groups if lamps have got spectra of other files.
+
+    The pictures stay the same data-blocks, because a handler may call this (workflow/handlers.py)."""
+    local = [group for group in groups if group is not None and group.library is None]
+    own = {group: _tables_of(group) for group in local}
+    renewed = {image for image in set().union(*own.values()) if _renew(image, stored.text(image, _ILLUMINANT))}
+    for group, images in own.items():
+        if images & renewed:
+            note_pictures(group)
+
+
+def _tables_of(group: bpy.types.NodeTree) -> set[bpy.types.Image]:
+    """The file's own tables of lamps that a node group looks up."""
+    nodes = [node for node in group.nodes if node.type == "TEX_IMAGE" and node.label.startswith(LABEL)]
+    found = {node.image for node in nodes if node.image is not None and node.image.library is None}
+    return {image for image in found if stored.text(image, _ILLUMINANT)}
+
+
+def _renew(image: bpy.types.Image, illuminant: str) -> bool:
+    """Fill a table if the lamps of the file or its working space have changed. Return whether they have."""
+    further, space = further_spectra(), compat.working_space()
+    digest = hashlib.sha256("\n".join((illuminant, *further)).encode()).hexdigest()
+    content = f"lamps {space} {digest}"
+    if stored.text(image, _CONTENT) == content:
+        return False
+    table = lamp_table(space, illuminant, further)
     pixels = np.ones((_ROWS, table.shape[1], 4), np.float32)
     pixels[: len(table), :, :3] = table
-    image = bpy.data.images.new("Lamp Spectra", table.shape[1], _ROWS, float_buffer=True, is_data=True)
-    image.use_half_precision = False
     image.pixels.foreach_set(pixels.ravel())
     image.pack()
+    image.update()
+    image[_CONTENT] = content
     note_content(image, content)
-    return image
+    return True
 
 
 class LampColours:

@@ -245,6 +245,7 @@ def show_lamps(*, exactly: bool) -> None:
         return
     wanted, sources, left_out = lamps_of_file(), sources_of_file(), left_out_of_file()
     areas, coloured, coloured_sources = areas_of_file(), coloured_of_file(), has_coloured_sources()
+    trees: list[bpy.types.NodeTree | None] = []
     for group in groups:
         present, held, masks, shapes = lamps_in(group), sources_in(group), left_out_in(group), areas_in(group)
         lamps = wanted if exactly else [a or b for a, b in zip_longest(wanted, present, fillvalue=False)]
@@ -255,20 +256,19 @@ def show_lamps(*, exactly: bool) -> None:
         spectra, of_sources = coloured_in(group), reads_source_spectra(group)
         wanted_spectra = (coloured if exactly else coloured | spectra), coloured_sources or (of_sources and not exactly)
         spectral = [response for response in responses_in(group) if response.is_spectral]
+        trees += [tree for response in spectral for tree in (response.group, response.world)]
         if not spectral:
             wanted_spectra = spectra, of_sources
-        else:
-            from .lamp_table_nodes import renew_lamp_table  # most files do not need it
-
-            for response in spectral:
-                renew_lamp_table(response.group)
-                renew_lamp_table(response.world)
         now, wanted_now = (present, held, masks, shapes), (lamps, count, wanted_masks, wanted_shapes)
         if (*now, (spectra, of_sources)) != (*wanted_now, wanted_spectra):
             group[group_properties.LEFT_OUT] = wanted_masks
             note_areas(group, wanted_shapes)
             note_coloured(group, wanted_spectra[0], sources=wanted_spectra[1])
             fill_group(group, responses_in(group), lamps, sources=count)
+    if trees:
+        from .lamp_table_nodes import renew_lamp_tables  # most files do not need it
+
+        renew_lamp_tables(trees)
 
 
 def renew_outdated() -> list[str]:

@@ -3,12 +3,8 @@
 
 import bpy
 
-from ...precompute.base.failure import GratingError
 from ..blender.guard import guarded_draw
-from ..gratings.wording import in_words
-from ..lamps.lamp_spectrum import FIELD, canonical_spectrum, spectrum_of
-from .light_part import draw_spectrum
-from .notes import draw_note
+from .light_part import draw_fault, draw_spectrum
 
 
 class LampSpectrumPanel(bpy.types.Panel):
@@ -31,13 +27,4 @@ class LampSpectrumPanel(bpy.types.Panel):
         if light is None:  # Blender draws once more after the last lamp was deleted
             return
         draw_spectrum(self.layout, light)
-        if getattr(light, FIELD) and not spectrum_of(light):
-            draw_note(self.layout, context, _fault(getattr(light, FIELD)), icon="ERROR")
-
-
-def _fault(text: str) -> str:
-    try:
-        canonical_spectrum(text)
-    except GratingError as error:
-        return in_words(error)
-    return ""
+        draw_fault(self.layout, context, light)

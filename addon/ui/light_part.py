@@ -5,7 +5,7 @@ from ..blender import compat
 from ..gratings.lights_choice import ALL, LAMPS_ONLY, LIGHTS, REST
 from ..gratings.matter_fields import DAYLIGHT
 from ..gratings.wording import in_words, marked, translated
-from ..lamps.lamp_spectrum import FIELD, seen_spectrum
+from ..lamps.lamp_spectrum import FIELD, fault_of, seen_spectrum
 from ..operators.add_diffraction_lamp import AddDiffractionLamp
 from ..operators.add_light_rig import AddLightRig
 from ..operators.add_sky_sun import AddSkySun
@@ -108,11 +108,18 @@ def _draw_lamp(column, context, lamp: LampFact, *, counts: bool, can_choose: boo
     thing = context.scene.objects.get(lamp.name)
     if counts and can_choose and thing is not None and thing.type == "LIGHT":
         draw_spectrum(row, thing.data)
+        draw_fault(column, context, thing.data)
 
 
 def draw_spectrum(row, light) -> None:
     """Draw the field of a lamp's spectrum. An empty field shows the spectrum that the lamp has."""
     row.prop(light, FIELD, text="", placeholder=seen_spectrum(light) or DAYLIGHT)
+
+
+def draw_fault(column, context, light) -> None:
+    """Draw what is wrong with the text in this field."""
+    if (fault := fault_of(light)) is not None:
+        draw_note(column, context, in_words(fault), icon="ERROR")
 
 
 def _draw_world(column, context, scene: SceneFacts) -> None:

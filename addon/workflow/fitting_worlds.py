@@ -234,7 +234,7 @@ def _fit_another() -> None:
 
 def _take(scene: bpy.types.Scene, fit: Fit, fingerprint: str) -> None:
     _failed.pop(scene.name_full, None)
-    from ..worlds.world_probe import light_of_rest
+    from ...precompute.world_sources.sources import light_of_rest
 
     rest = light_of_rest(fit.panorama, fit.sources[:SOURCES_MAX]).tolist()
     hold_sources(scene, fit.sources, fingerprint=fingerprint, missed=fit.missed, rest=rest)

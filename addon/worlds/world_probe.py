@@ -16,7 +16,6 @@ from ...precompute.base.child_process import ChildProcess, inherited_environment
 from ...precompute.base.failure import GratingError
 from ...precompute.base.strict_json import read_json
 from ...precompute.world_sources.sources import Source
-from ...precompute.world_sources.sources import light_of_rest as light_of_rest
 from ..blender.rendering import is_rendering
 from ..jobs.background_blender import background_blender
 from .stand_alone import stand_alone

@@ -42,11 +42,8 @@ def blender_bytes(terms: int, tile: tuple[int, int], sigma_b: float, *, bound: b
     rows, columns = tiling.cell_for(terms * triples, (inner_rows, inner_columns), sigma_b).size
     width_min = ZERO_ORDER_SAMPLES + 1
     down, across = tiling.grid(terms * triples, (rows, columns), width_min=width_min)
-    return (
-        BYTES_PER_TEXEL
-        * (down * rows + STRIP_ROWS * triples + bound * BOUND_TEXELS[-1])
-        * max(across * columns, width_min)
-    )
+    height = down * rows + STRIP_ROWS * triples + bound * BOUND_TEXELS[-1]
+    return BYTES_PER_TEXEL * height * max(across * columns, width_min)
 
 
 def texel_middles(low: float, high: float, texel: float) -> np.ndarray:

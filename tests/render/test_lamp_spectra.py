@@ -203,7 +203,8 @@ def test_of_many_lamps_each_keeps_its_spectrum(stage, bakes):
 
 def test_a_file_s_spectrum_has_a_row_of_its_own(stage, bakes, tmp_path):
     lamp = sun(stage, (0.1, -0.7, 0.9))
-    lit(stage, bakes, "led+tube")
+    _, group = lit(stage, bakes, "led+tube")
+    assert bpy.ops.grating.lights(lights="REST") == {"FINISHED"}
     picture = stage.rgb()
     path = tmp_path / "lamp.csv"
     path.write_text("440,0\n450,1\n460,0\n570,0\n590,1\n610,0\n")
@@ -212,10 +213,10 @@ def test_a_file_s_spectrum_has_a_row_of_its_own(stage, bakes, tmp_path):
     bpy.context.view_layer.update()
     own = stage.rgb()
     assert np.abs(own - picture).max() > 0.05 * picture.max()
-    lamp.data.color = (1, 1, 1)
     lamp.data.diffraction_spectrum = "570:0 590:1 610:0"
     bpy.context.view_layer.update()
     assert np.abs(stage.rgb() - own).max() > 0.05 * own.max()
+    assert stage.addon.lost_parts.lost([group]) == []
 
 
 OPENED = """

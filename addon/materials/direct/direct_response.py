@@ -14,7 +14,7 @@ from ....precompute.table.sample_set import path_beside
 from ....precompute.table.sample_set import read_sound_header as read_sound_set_header
 from ...blender import compat
 from ..lamp_errors import note_lamp_errors
-from ..lamp_table_nodes import lamp_table_image, note_lamp_table
+from ..lamp_table_nodes import lamp_table_image
 from ..lobes.lobes_group import build_world_group
 from ..lobes.random_draw import SampleSetNodes, reflectance_image, wavelengths_image
 from ..pictures import content_of, note_content, note_pictures, picture_of
@@ -48,8 +48,6 @@ def direct_response(path: Path) -> Response:
         note_opaque(response)
     if layout.plate_ior != NO_PLATE:
         note_plate(response, layout.plate_ior)
-    if lamps is not None:
-        note_lamp_table(response.group, layout.illuminant)
     note_pictures(response.group)
     if draws_layout is None:
         return response
@@ -60,8 +58,6 @@ def direct_response(path: Path) -> Response:
         reflectance_image(matter, layout.illuminant) if matter.baked else None,
     )
     world = build_world_group(name, image, layout, draws=draws, rgb_from_xyz=matrix, lamp_table=lamps)
-    if lamps is not None:
-        note_lamp_table(world, layout.illuminant)
     note_pictures(world)
     return replace(response, world=world)
 
