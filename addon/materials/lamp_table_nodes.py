@@ -41,8 +41,7 @@ def renew_lamp_tables(groups: Iterable[bpy.types.NodeTree | None]) -> None:
     """Renew the tables of lamps of responses' node groups if lamps have got spectra of other files.
 
     The pictures stay the same data-blocks, because a handler may call this (workflow/handlers.py)."""
-    local = [group for group in groups if group is not None and group.library is None]
-    own = {group: _tables_of(group) for group in local}
+    own = {group: _tables_of(group) for group in filter(None, groups) if group.library is None}
     renewed = {image for image in set().union(*own.values()) if _renew(image, stored.text(image, _ILLUMINANT))}
     for group, images in own.items():
         if images & renewed:
