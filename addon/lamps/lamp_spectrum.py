@@ -12,6 +12,8 @@ from ...precompute.base.failure import GratingError
 
 # The name of the lamp's property.
 FIELD = "diffraction_spectrum"
+# Custom property of a lamp's data: whether its colour came with its spectrum.
+_COLOURED = "ng_coloured"
 # The largest number of files' spectra in a .blend file.
 FURTHER_MAX = 32
 
@@ -86,7 +88,8 @@ def _names_with(typed: str) -> list[str]:
 def take_spectrum(light: bpy.types.Light) -> None:
     """After an artist has typed or chosen a spectrum: give the lamp its colour, and keep a file's spectrum in place of
     its path. A black body becomes Blender's own temperature, which can be animated. A text that names no spectrum
-    stays, and the panel tells what is wrong with it."""
+    stays, and the panel tells what is wrong with it. An emptied field leaves the lamp white if its colour came from
+    here."""
     from ...precompute.colour.working_space import lamp_rgb
     from ..blender import compat
 
@@ -98,10 +101,15 @@ def take_spectrum(light: bpy.types.Light) -> None:
     is_black_body = text.endswith("K")
     if (kept := "" if is_black_body else text) != typed:
         setattr(light, FIELD, kept)  # Blender calls this function again
+    if not text:
+        if light.pop(_COLOURED, None):
+            light.color = (1.0, 1.0, 1.0)
+        return
     light.use_temperature = is_black_body
     if is_black_body:
-        light.temperature = int(text[:-1])
-    light.color = lamp_rgb(compat.working_space(), text).tolist() if kept else (1.0, 1.0, 1.0)
+        light.temperature, light.color = int(text[:-1]), (1.0, 1.0, 1.0)
+    else:
+        light[_COLOURED], light.color = True, lamp_rgb(compat.working_space(), text).tolist()
 
 
 def fault_of(light: bpy.types.Light) -> GratingError | None:

@@ -63,6 +63,8 @@ def _renew(image: bpy.types.Image, illuminant: str) -> bool:
     if stored.text(image, _CONTENT) == content:
         return False
     table = lamp_table(space, illuminant, further)
+    if tuple(image.size) != (table.shape[1], _ROWS):  # another version of the extension made it
+        return False
     pixels = np.ones((_ROWS, table.shape[1], 4), np.float32)
     pixels[: len(table), :, :3] = table
     image.pixels.foreach_set(pixels.ravel())

@@ -56,6 +56,16 @@ def test_a_black_body_becomes_the_temperature(addon, scene, lamp):
     assert addon.lamp_spectrum.seen_spectrum(lamp.data) == "5000K"
 
 
+def test_an_emptied_field_leaves_an_artist_s_own_colour(scene, lamp):
+    lamp.data.color, lamp.data.use_temperature, lamp.data.temperature = (1.0, 0.5, 0.25), True, 3000
+    lamp.data.diffraction_spectrum = ""
+    assert (tuple(lamp.data.color), lamp.data.use_temperature) == ((1.0, 0.5, 0.25), True)
+    lamp.data.diffraction_spectrum = "tube"
+    assert not lamp.data.use_temperature
+    lamp.data.diffraction_spectrum = ""
+    assert tuple(lamp.data.color) == (1, 1, 1)
+
+
 @pytest.mark.parametrize(
     "text",
     [
