@@ -24,7 +24,7 @@ def sky(addon, scene, monkeypatch):
     node.sun_elevation, node.sun_rotation = UP, AROUND
     glow = Source(BY_SKY, np.array((9.0, 9.0, 9.0)), 1e-2)
     sources = [glow, Source(BY_SKY, np.array((3.0, 2.0, 1.0)), VARIANCE)]
-    monkeypatch.setattr(addon.world_probe, "fit_of", lambda *_: addon.world_probe.Fit(None, sources, 0.0))
+    monkeypatch.setattr(addon.world_probe, "fit_of", lambda *_: addon.world_probe.Fit(np.ones((2, 4, 3)), sources, 0.0))
     yield node, sources
     bpy.context.scene.world = None
 

@@ -23,7 +23,7 @@ def sky(addon, scene, grating, monkeypatch):
     """The Background of a sky whose sources the assigned grating follows. They are found without a render."""
     import bpy
 
-    monkeypatch.setattr(addon.world_probe, "fit_of", lambda *_: addon.world_probe.Fit(None, [SUN], 0.1))
+    monkeypatch.setattr(addon.world_probe, "fit_of", lambda *_: addon.world_probe.Fit(np.ones((2, 4, 3)), [SUN], 0.1))
     scene.world, background = world_with("ShaderNodeTexSky")
     assert bpy.ops.grating.assign() == {"FINISHED"}
     assert addon.sky.source_count(scene) == 1
@@ -203,7 +203,7 @@ def test_fit_world_fits_anew_even_what_seems_to_fit(addon, scene, sky, monkeypat
 
     fits = []
     monkeypatch.setattr(
-        addon.world_probe, "fit_of", lambda *_: fits.append(1) or addon.world_probe.Fit(None, [SUN], 0.1)
+        addon.world_probe, "fit_of", lambda *_: fits.append(1) or addon.world_probe.Fit(np.ones((2, 4, 3)), [SUN], 0.1)
     )
     bpy.ops.grating.assign()
     assert not fits

@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from precompute.world_sources.panorama import crop_cells, crop_frame, panorama_cells
-from precompute.world_sources.sources import WIDEST, Source, fit_sources, lit, missed, owners, refit
+from precompute.world_sources.sources import WIDEST, Source, fit_sources, light_of_rest, lit, missed, owners, refit
 from tests.precompute.world_sources.worlds import COLS, ROWS, angles_deg, box, direction, disc, picture, sky
 
 CELLS = panorama_cells(ROWS, COLS)
@@ -289,3 +289,12 @@ def test_lit_gives_the_light_of_other_cells():
     [again] = lit([source], np.ones((len(CELLS.directions), 3)), CELLS)
     # 2 pi (1 - cosine) of a cone of 3.1 degrees, to the pixels that its edge cuts: 15 pixels in all.
     assert again.irradiance[0] == pytest.approx(2 * np.pi * 0.003, rel=0.15)
+
+
+def test_the_rest_of_a_world_is_the_light_in_no_source():
+    radiance = np.ones((32, 64, 3)) * (1.0, 2.0, 3.0)
+    whole = 4 * np.pi * np.array([1.0, 2.0, 3.0])
+    np.testing.assert_allclose(light_of_rest(radiance, []), whole, rtol=1e-12)
+    source = Source(np.array([0.0, 0.0, 1.0]), np.ones(3), 0.05)
+    (taken,) = lit([source], radiance.reshape(-1, 3), panorama_cells(32, 64))
+    np.testing.assert_allclose(light_of_rest(radiance, [source]) + taken.irradiance, whole, rtol=1e-12)
