@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from PIL import Image
 
 from precompute.bake.self_check import LAMPS
 from precompute.check.lamps import Lamp
@@ -16,20 +15,6 @@ from precompute.table import atlas, atlas_file
 
 PICTURE = ("--size-um", "4", "--height-nm", "250")
 QUICK = ("--pairs", "1000", "--step-nm", "10", "--progress", "none")
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    return tmp_path_factory.mktemp("lamps")
-
-
-@pytest.fixture(scope="module")
-def scan(folder):
-    """A grey picture of an irregular grating, 48 x 48 pixels, that does not wrap."""
-    x, y = np.meshgrid(*[np.arange(48) / 48] * 2)
-    grey = 127 + 90 * np.sin(2 * np.pi * 5.3 * x + np.sin(2 * np.pi * y)) + 30 * np.cos(2 * np.pi * 2.6 * y)
-    Image.fromarray(grey.astype(np.uint8)).save(folder / "skin.png")
-    return folder / "skin.png"
 
 
 @pytest.fixture(scope="module", params=["dielectric", "gold"])
