@@ -21,10 +21,12 @@ FURTHER_MAX = 32
 def spectrum_of(light: bpy.types.Light) -> str:
     """The canonical text of the spectrum that an artist chose for a lamp; "" without one, or for a text that names
     none."""
+    text = getattr(light, FIELD, "")
+    if not text:  # as in most files, which do not need the illuminants
+        return ""
     from ...precompute.colour.illuminants import JOINT, is_illuminant
 
-    text = getattr(light, FIELD, "")
-    return text if text and JOINT not in text and is_illuminant(text) else ""
+    return text if JOINT not in text and is_illuminant(text) else ""
 
 
 def seen_spectrum(light: bpy.types.Light) -> str:
@@ -127,9 +129,6 @@ def fault_of(light: bpy.types.Light) -> GratingError | None:
 def canonical_spectrum(typed: str) -> str:
     """The canonical text of one lamp's spectrum. Raises GratingError for a text that names none, for several parts, and
     for a damaged file."""
-    from ...precompute.colour.illuminants import JOINT, illuminant_of
+    from ...precompute.colour.illuminants import lamp_of
 
-    text = illuminant_of(bpy.path.abspath(typed))
-    if JOINT in text:
-        raise GratingError(f"{typed:.40}", "is more than one lamp's spectrum", "give one, such as FL11 or 589nm")
-    return text
+    return lamp_of(bpy.path.abspath(typed))

@@ -105,9 +105,7 @@ def group_around(name: str, response: Response, *, shadows: bool = True, lights:
     group = bpy.data.node_groups.new(f"Diffraction {name}", "ShaderNodeTree")
     add_interface(group, _INPUTS, _OUTPUTS)
     group[group_properties.SHADOWS], group[group_properties.LIGHTS] = shadows, lights
-    group[group_properties.LEFT_OUT] = left_out_of_file()
-    note_areas(group, areas_of_file())
-    note_coloured(group, coloured_of_file(), sources=has_coloured_sources())
+    _note_lights(group)
     fill_group(group, (response,), lamps_of_file(), sources=sources_of_file())
     return group
 
@@ -116,10 +114,15 @@ def set_lighting(group: bpy.types.NodeTree, *, shadows: bool, lights: str) -> No
     """Set a Diffraction group's shadows and its lights. The nodes are rebuilt only if either changes."""
     if (traces_shadows(group), lights_of(group)) != (shadows, lights):
         group[group_properties.SHADOWS], group[group_properties.LIGHTS] = shadows, lights
-        group[group_properties.LEFT_OUT] = left_out_of_file()
-        note_areas(group, areas_of_file())
-        note_coloured(group, coloured_of_file(), sources=has_coloured_sources())
+        _note_lights(group)
         fill_group(group, responses_in(group), lamps_in(group), sources=sources_of_file())
+
+
+def _note_lights(group: bpy.types.NodeTree) -> None:
+    """Set what a Diffraction group must know of the file's lights, beside their numbers."""
+    group[group_properties.LEFT_OUT] = left_out_of_file()
+    note_areas(group, areas_of_file())
+    note_coloured(group, coloured_of_file(), sources=has_coloured_sources())
 
 
 def is_outdated(group: bpy.types.NodeTree) -> bool:
@@ -259,8 +262,8 @@ def show_lamps(*, exactly: bool) -> None:
         trees += [tree for response in spectral for tree in (response.group, response.world)]
         if not spectral:
             wanted_spectra = spectra, of_sources
-        now, wanted_now = (present, held, masks, shapes), (lamps, count, wanted_masks, wanted_shapes)
-        if (*now, (spectra, of_sources)) != (*wanted_now, wanted_spectra):
+        now = present, held, masks, shapes, (spectra, of_sources)
+        if now != (lamps, count, wanted_masks, wanted_shapes, wanted_spectra):
             group[group_properties.LEFT_OUT] = wanted_masks
             note_areas(group, wanted_shapes)
             note_coloured(group, wanted_spectra[0], sources=wanted_spectra[1])

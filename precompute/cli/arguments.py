@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ..bake.request import COHERENCE_UM, DELTA_E, HEIGHT_NM, MODELS, PATCH_UM, SIZE_UM, SPREAD_DEG
 from ..base.failure import GratingError
-from ..colour.illuminants import LAMPS, OWN_MAX, illuminant_of, parts_of
+from ..colour.illuminants import LAMPS, OWN_MAX, illuminant_of, lamp_of
 from ..reflectance.matter import Matter
 from ..reflectance.matter_text import parse
 from ..reflectance.metals import METALS
@@ -160,10 +160,8 @@ def illuminant_argument(text: str) -> str:
 
 def lamp_argument(text: str) -> str:
     """Parse one lamp, or read its file."""
-    found = illuminant_argument(text)
-    if len(parts_of(found)) > 1:
-        raise argparse.ArgumentTypeError(f"{text:.40} is no single lamp; give one, such as 2700K")
-    return found
+    with _as_argument():
+        return lamp_of(text)
 
 
 def coherence_argument(text: str) -> float | None:

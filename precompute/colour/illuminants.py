@@ -163,6 +163,14 @@ def _is_file(text: str) -> bool:
         return False
 
 
+def lamp_of(text: str) -> str:
+    """The canonical text of one lamp: illuminant_of without several parts. Raises GratingError for them too."""
+    found = illuminant_of(text)
+    if len(parts_of(found)) > 1:
+        raise GratingError("", f"{text:.40} is no single lamp", "give one, such as 2700K")
+    return found
+
+
 def parts_of(illuminant: str) -> list[str]:
     """The parts of a canonical text."""
     return illuminant.split(JOINT)

@@ -6,6 +6,7 @@ The text is "380:0.2 385:1 ...": wavelengths in nanometres to seven digits, and 
 
 import itertools
 import re
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +27,7 @@ _POINT = re.compile(r"[0-9.]{1,9}:[0-9.]{1,12}(e-[0-9]{2,3})?")
 _REMEDY = "give lines of a wavelength in nanometres and a power, such as 555, 0.8"
 
 
+@lru_cache(maxsize=64)
 def is_spectrum_text(text: str) -> bool:
     """Whether a text is one that read_spectrum returns."""
     if len(text) > _LONGEST or ":" not in text or not all(map(_POINT.fullmatch, text.split(" "))):
