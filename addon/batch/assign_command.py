@@ -63,7 +63,7 @@ def run(arguments: argparse.Namespace) -> None:
     refresh_group(gratings.items[index])
     put = add_to_meshes if arguments.over else assign_to_meshes
     report = put(bpy.context.scene, chosen)
-    _set_inputs(chosen, gratings.items[index].group, values)
+    set_inputs(chosen, gratings.items[index].group, values)
     if arguments.fit_frames:
         report.append(fit_frames(bpy.context.scene))
     report += warnings_about(bpy.context.scene, bpy.context.evaluated_depsgraph_get())
@@ -71,7 +71,7 @@ def run(arguments: argparse.Namespace) -> None:
     print("\n".join(map(printable, report)))
 
 
-def _set_inputs(objects: Iterable[bpy.types.Object], group: bpy.types.NodeTree, values: dict[str, float]) -> None:
+def set_inputs(objects: Iterable[bpy.types.Object], group: bpy.types.NodeTree, values: dict[str, float]) -> None:
     """Set inputs of a grating's Diffraction nodes in the materials of objects."""
     materials = {slot.material for thing in objects for slot in thing.material_slots}
     for node in (node for material in materials for node in diffraction_nodes(material) if node.node_tree == group):

@@ -29,6 +29,7 @@ VERBS = {
         "add a Diffraction Lamp to a mesh with a grating and save the file",
     ),
     "assets": ("assets_command", "write the presets as an asset library for Blender's Asset Browser"),
+    "job": ("job_command", "render all pictures of a job: frames, cameras, lamps, gratings, engines"),
     "render": ("render_command", "render the open file's scene to a picture"),
 }
 
@@ -42,10 +43,10 @@ def execute(argv: Sequence[str]) -> int:
     return exit_status(lambda: _run(arguments))
 
 
-def _run(arguments: argparse.Namespace) -> None:
+def _run(arguments: argparse.Namespace) -> object:
     check_targets(arguments)
     try:
-        arguments.run(arguments)
+        return arguments.run(arguments)
     except RuntimeError as error:  # from Blender's own operators, such as save and render
         told = " ".join(str(error).split()).removeprefix("Error: ")
         raise GratingError("Blender", told, "check the path, its permissions, and the space left there") from error

@@ -1,23 +1,51 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`render`: render the open file's scene to a picture."""
+"""`render`: render the open file's scene to a picture, or to one for each of several frames."""
 
 import argparse
+from pathlib import Path
 
-from ...precompute.cli.option_types import count, path_argument
+from ...precompute.cli.option_types import count, frames_argument, path_argument
+from ..rendering.worker import progress_lines
 from ..workflow.rendering_pictures import render_picture
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The arguments of `render`."""
-    parser.add_argument("-o", "--output", required=True, type=path_argument, metavar="PNG|EXR")
+    parser.add_argument(
+        "-o", "--output", required=True, type=path_argument, metavar="PNG|EXR",
+        help="the picture; of several frames, each gets its number before the ending, or in place of #### in the name",
+    )  # fmt: skip
     parser.add_argument("--engine", choices=("cycles", "eevee"), help="default: the file's own")
     parser.add_argument("--samples", type=count(1, 1 << 24), metavar="N")
     parser.add_argument("--width", type=count(4, 65536), metavar="PIXELS")
     parser.add_argument("--height", type=count(4, 65536), metavar="PIXELS")
+    parser.add_argument(
+        "--frames", type=frames_argument, metavar="RANGES", help="such as 1-24:2,30; default: the present frame"
+    )
+    parser.add_argument("--resume", action="store_true", help="skip frames whose pictures are there")
     parser.set_defaults(output_is_file=True)
 
 
 def run(arguments: argparse.Namespace) -> None:
     """The `render` verb."""
-    size = {"width": arguments.width, "height": arguments.height}
-    render_picture(arguments.output, engine=arguments.engine, samples=arguments.samples, **size)
+    settings = {name: getattr(arguments, name) for name in ("engine", "samples", "width", "height")}
+    if arguments.frames is None:
+        if not (arguments.resume and arguments.output.is_file()):
+            render_picture(arguments.output, **settings)
+        return
+    tell = progress_lines(False)
+    paths = {frame: _of_frame(arguments.output, frame) for frame in arguments.frames}
+    todo = {frame: path for frame, path in paths.items() if not (arguments.resume and path.is_file())}
+    for done, (frame, path) in enumerate(todo.items(), 1):
+        render_picture(path, frame=frame, **settings)
+        tell(path.name, done, len(todo))
+    print(f"{len(todo)} rendered, {len(paths) - len(todo)} there already")
+
+
+def _of_frame(path: Path, frame: int) -> Path:
+    """The path of a frame's picture."""
+    head, marks, tail = path.stem.partition("#")
+    if not marks:
+        return path.with_stem(f"{path.stem}_{frame:04d}")
+    width = len(marks + tail) - len(tail.lstrip("#"))
+    return path.with_stem(f"{head}{frame:0{width}d}{tail.lstrip('#')}")

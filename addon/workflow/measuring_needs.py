@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Measuring, through a scene's cameras, which part of a grating's bake the scene needs."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -51,10 +51,16 @@ class Measured:
         return self.needs.as_dict() | {"measured": self.facts}
 
 
-def measure_needs(scene: bpy.types.Scene, grating: Grating, frames: tuple[int, int] | None = None) -> Measured:
+def measure_needs(
+    scene: bpy.types.Scene,
+    grating: Grating,
+    frames: tuple[int, int] | None = None,
+    *,
+    views: Sequence[Callable[[], object]] = (),
+) -> Measured:
     """Measure what a scene needs of a grating, over a range of frames. The default is the scene's own range if the
     camera, a lamp, or a mesh or material with the grating may change, else the present frame. Afterwards the scene is
-    at its present frame again.
+    at its present frame again. Or measure it in several views: each sets the scene up, its frame too.
 
     Raises GratingError if there is no camera, or if the camera sees nothing of the grating that is lit."""
     if scene.camera is None or scene.camera.type != "CAMERA":
@@ -62,11 +68,11 @@ def measure_needs(scene: bpy.types.Scene, grating: Grating, frames: tuple[int, i
     carriers = list(_carriers(scene, grating))
     if not carriers:
         raise GratingError(grating.name, "no mesh of the scene shows it", "press Assign to Selected")
-    chosen = _frames(scene, carriers, frames)
-    rays = max(_RAYS_LEAST, _RAYS // len(chosen))
+    chosen = [] if views else _frames(scene, carriers, frames)
+    rays = max(_RAYS_LEAST, _RAYS // len(views or chosen))
     response = response_in(grating.group)
     parts, nodes, places, cast = [], {}, 0, 0
-    for seen in _looks(scene, chosen, rays):
+    for seen in _looks_of(views, rays) if views else _looks(scene, chosen, rays):
         cast += seen.count
         for each in seen.places:
             if response in responses_in(each.node.node_tree):
@@ -179,12 +185,24 @@ def _looks(scene: bpy.types.Scene, frames: list[int], rays: int) -> Iterator[Loo
             scene.frame_set(now, subframe=subframe)
 
 
+def _looks_of(views: Sequence[Callable[[], object]], rays: int) -> Iterator[Look]:
+    """A look through the camera in each view."""
+    for set_up in views:
+        set_up()
+        scene = bpy.context.scene
+        if (seen := look(scene, bpy.context.evaluated_depsgraph_get(), rays=rays, footprints=True)) is not None:
+            yield seen
+
+
 def _told(grating: Grating, needs: Needs, facts: dict[str, Any]) -> str:
     ranges = ", ".join(
         f"{name} {low:.2f} to {high:.2f}" for name, (low, high) in zip("uvw", (*needs.region, needs.w), strict=True)
     )
     frames = facts["frames"]
-    when = f"frame {frames[0]}" if len(frames) == 1 else f"{len(frames)} frames from {frames[0]} to {frames[-1]}"
+    if not frames:
+        when = "all its views"
+    else:
+        when = f"{len(frames)} frames from {frames[0]} to {frames[-1]}" if frames[1:] else f"frame {frames[0]}"
     return (
         f"{grating.name}: the scene needs {ranges}: {facts['light_share']:.2%} of its light at {facts['places']} "
         f"places, in {when}"

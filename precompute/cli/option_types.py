@@ -10,6 +10,8 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
+from ..render_job.frame_ranges import parse_frames
+
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.ASCII | re.IGNORECASE)
 _COUNT = re.compile(r"[+-]?\d+", re.ASCII)
 # The greatest length of a number's text.
@@ -48,6 +50,14 @@ def name_argument(text: str) -> str:
 def path_argument(text: str) -> Path:
     """Parse a path."""
     return Path(name_argument(text))
+
+
+def frames_argument(text: str) -> tuple[int, ...]:
+    """Parse ranges of frames, such as 1-24:2,30."""
+    try:
+        return parse_frames(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"{_shown(str(error))}: give ranges such as 1-24:2,30") from error
 
 
 def _shown(text: str) -> str:

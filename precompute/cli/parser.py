@@ -23,6 +23,7 @@ VERBS = {
     "dft": "one .exr with the images that the OSL shaders of the thesis's algorithms read",
     "check": "recompute a bake's error from its files alone",
     "comb": "smooth fields of directions on meshes out of Blender",
+    "job": "check a render job, list its pictures, join them, or send it to a farm",
     "map": "BRDF map over the hemisphere of view",
     "unwrap": "a UV map of a mesh, without overlaps",
 }
@@ -64,11 +65,11 @@ def main(argv: Sequence[str] | None = None, packages: Mapping[str, Mapping[str, 
 
     arguments = argparse.Namespace(progress="text")
 
-    def run() -> None:
+    def run() -> object:
         build_parser(argv, packages).parse_args(argv, arguments)
         check_targets(arguments)
         try:
-            arguments.run(arguments)
+            return arguments.run(arguments)
         except MemoryError as error:
             scans = getattr(arguments, "files", None) or [getattr(arguments, "file", None)]
             if scans[0] is None:
@@ -79,13 +80,14 @@ def main(argv: Sequence[str] | None = None, packages: Mapping[str, Mapping[str, 
 
 
 def exit_status(run: Callable[[], object], style: Callable[[], str] = lambda: "text") -> int:
-    """Run a command and return its exit status. An error prints one line, of JSON if `style` then returns "json"."""
+    """Run a command and return its exit status: the whole number that it returns, else 0. An error prints one line, of
+    JSON if `style` then returns "json"."""
 
     def tell(error: GratingError) -> None:
         print(failure_line(error) if style() == "json" else f"error: {error}", file=sys.stderr)
 
     try:
-        run()
+        status = run()
     except GratingError as error:
         tell(error)
         return 1
@@ -103,7 +105,7 @@ def exit_status(run: Callable[[], object], style: Callable[[], str] = lambda: "t
         number = signal.Signals(stop.args[0] if stop.args else signal.SIGINT)
         tell(GratingError("", f"stopped by {number.name}", "nothing was written"))
         return 128 + number
-    return 0
+    return status if isinstance(status, int) else 0
 
 
 def build_parser(

@@ -34,11 +34,12 @@ SHIPPED = [*sources("precompute"), *sources("addon")]
 FLOORS = {
     "precompute": (
         "base", "maths", "mesh", "optics", "reflectance", "colour", "world_sources", "surface", "spectra", "table",
-        "reference", "measure", "bake", "presets", "check", "methods", "maps", "cli",
+        "reference", "measure", "bake", "presets", "check", "methods", "maps",
+        "render_job", "cli",
     ),
     "addon": (
-        "blender", "gratings", "nodes", "snakes", "jobs", "worlds", "lamps", "direction", "materials", "cameras",
-        "causes", "showcase", "workflow", "assets", "operators", "ui", "batch",
+        "blender", "rendering", "gratings", "nodes", "snakes", "jobs", "worlds", "lamps", "direction", "materials",
+        "cameras", "causes", "showcase", "workflow", "assets", "operators", "ui", "batch",
     ),
 }  # fmt: skip
 # `check` imports nothing that helps to make a bake.

@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`job`: render all pictures of a job, or do one step of it."""
+
+import argparse
+import contextlib
+import os
+import platform
+import sys
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import bpy
+
+from ...precompute.base.failure import GratingError, printable
+from ...precompute.base.files import told_of
+from ...precompute.base.locks import try_lock
+from ...precompute.cli import job_verb
+from ...precompute.cli.option_types import count, name_argument
+from ...precompute.render_job.job_file import Job
+from ...precompute.render_job.job_log import Log
+from ...precompute.render_job.pictures import LOGS, PICTURES, scene_names
+from ..blender import mesa
+from ..rendering import worker
+from ..rendering.picture_setup import Fault
+from .job_scenes import make_scene, measure, plan_path, remove_partial
+
+_STEPS = ("needs", "bake", "frames", "sheet")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `job`: those of `python -m precompute job`, and the steps that need Blender."""
+    job_verb.add_arguments(parser)
+    parser.add_argument(
+        "--step", choices=_STEPS, help="do this step alone: a farm's tasks do one each. Default: all, in this order"
+    )
+    parser.add_argument("--only", type=name_argument, metavar="NAME", help="the grating that the step is of")
+    parser.add_argument("--task", type=count(1, 1 << 20), metavar="N", help="of the step `frames`: the N-th pictures")
+    parser.add_argument(
+        "--per-task", type=count(1, 1 << 20), default=1, metavar="K", help="pictures of a task; default 1"
+    )
+    parser.add_argument("--again", action="store_true", help="render finished pictures too")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """The `job` verb. Returns the exit status."""
+    opened = Path(bpy.data.filepath) if bpy.data.filepath else None
+    job = job_verb.job_of(arguments, opened)
+    if job_verb.needs_no_blender(arguments):
+        return job_verb.do(arguments, job)
+    names = _chosen(job, arguments.only)
+    mesa.filter_as_cards_do()
+    with _alone(job, arguments), _log(job) as log:
+        log("begun", job=str(job.path), step=arguments.step or "all", blender=bpy.app.version_string)
+        steps = [arguments.step] if arguments.step else list(_STEPS)
+        failed = False
+        for step in steps:
+            if step == "frames":
+                failed = _render(job, names, arguments, log)
+            elif step == "sheet":
+                print(job_verb.write_contact_sheet(job))
+            elif step == "bake" or job.needs:
+                for name in names:
+                    (make_scene if step == "bake" else measure)(job, name, _print)
+                    log("made", what=name, step=step)
+        log("ended", failed=failed)
+    return worker.FAILED if failed else 0
+
+
+def _chosen(job: Job, only: str | None) -> list[str]:
+    names = scene_names(job)
+    if only is not None and only not in names:
+        raise GratingError(f"--only {only}", "no such grating in the job", f"there are {', '.join(names)}")
+    return names if only is None else [only]
+
+
+def _render(job: Job, names: list[str], arguments: argparse.Namespace, log: Log) -> bool:
+    """Render the pictures of some scenes. Returns whether one failed. Raises GratingError if a scene is missing."""
+    tell, whole = worker.progress_lines(False), worker.Outcome()
+    try:
+        paths = [plan_path(job, name) for name in names]
+        plans = [(path, len(_part(arguments, worker.read_plan(path)["pictures"]))) for path in paths]
+        total, before = sum(wanted for _, wanted in plans), 0
+        for path, wanted in plans:
+            tell_of_all = partial(_tell_of_all, tell, before=before, total=total)
+            outcome = worker.render_plan(
+                path, partial(_part, arguments), again=arguments.again, tell=tell_of_all, log=log
+            )
+            whole, before = whole + outcome, before + wanted
+    except Fault as fault:
+        raise GratingError("", str(fault), "") from fault
+    print(whole)
+    if whole.failed:
+        told = ", ".join(whole.failed[:5]) + (", ..." if whole.failed[5:] else "")
+        print(printable(f"failed twice: {told}; the log in {job.output / LOGS} says why"), file=sys.stderr)
+    return bool(whole.failed)
+
+
+def _tell_of_all(tell: worker.Tell, line: str, done: int, _: int, *, before: int, total: int) -> None:
+    """Tell of a picture of one plan as one of all plans."""
+    tell(line, before + done, total)
+
+
+def _part(arguments: argparse.Namespace, pictures: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """The pictures of the task, or all."""
+    return pictures if arguments.task is None else worker.part_of(pictures, arguments.task, arguments.per_task)
+
+
+def _print(line: str) -> None:
+    print(printable(line), file=sys.stderr, flush=True)
+
+
+@contextlib.contextmanager
+def _alone(job: Job, arguments: argparse.Namespace) -> Iterator[None]:
+    """Refuse to run a whole job twice at the same time. Tasks of a farm run side by side."""
+    if arguments.step is not None:
+        yield
+        return
+    with told_of(job.output):
+        job.output.mkdir(parents=True, exist_ok=True)
+        lock = try_lock(job.output / ".job.lock")
+    if lock is None:
+        raise GratingError(job.output, "another process renders this job", "wait for it, or choose another output")
+    with lock:
+        remove_partial(job)
+        worker.remove_partial(job.output / PICTURES)
+        yield
+
+
+@contextlib.contextmanager
+def _log(job: Job) -> Iterator[Log]:
+    """The log of this run: a file of its own, as several machines may write at once."""
+    began = datetime.now(UTC).strftime("%Y%m%d-%H%M%S")
+    path = job.output / LOGS / f"{began}-{platform.node() or 'host'}-{os.getpid()}.jsonl"
+    with told_of(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with path.open("a", encoding="utf-8") as file:
+            yield Log(file)

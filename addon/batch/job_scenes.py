@@ -1,0 +1,229 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Makes the scenes of a render job: .blend files that hold their bakes, so that a worker renders them without the
+extension, each beside the plan of its pictures."""
+
+import hashlib
+import json
+import secrets
+import tomllib
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import bpy
+
+from ...precompute.bake.needs import EVERYTHING, Needs, needs_of
+from ...precompute.base.failure import GratingError
+from ...precompute.base.files import told_of
+from ...precompute.base.strict_json import read_json
+from ...precompute.render_job.job_file import Job, Surface, as_record
+from ...precompute.render_job.pictures import (
+    SCENES,
+    Picture,
+    hash_of,
+    pictures_of,
+    plan_of,
+    recipe_of_plan,
+    write_record,
+)  # fmt: skip
+from ...precompute.surface.height_map import is_synthetic
+from ..gratings.grating import Grating, active_grating
+from ..materials.skin import SETTABLE
+from ..rendering import worker
+from ..rendering.picture_setup import Base, Fault, set_up
+from ..workflow.adding_presets import add_preset
+from ..workflow.assigning import add_to_meshes, assign_to_meshes
+from ..workflow.baking import bake_and_wait
+from ..workflow.importing import add_averaged
+from ..workflow.making_materials import refresh_group
+from ..workflow.measuring_needs import measure_needs
+from ..workflow.showing import show_preset
+from .assign_command import set_inputs
+from .input_settings import setting
+from .objects import chosen_objects
+
+_MANIFEST = Path(__file__).resolve().parents[2] / "blender_manifest.toml"
+NEEDS = "needs"
+
+
+def extension_version() -> str:
+    """The extension's version, from its manifest."""
+    return str(tomllib.loads(_MANIFEST.read_text(encoding="utf-8"))["version"])
+
+
+def plan_path(job: Job, name: str) -> Path:
+    """The path of the plan of one of a job's scenes."""
+    return job.output / SCENES / f"{name}.json"
+
+
+def make_scene(job: Job, name: str, tell: Callable[[str], None]) -> Path:
+    """Make one of a job's scenes and its plan, unless they are there and what they depend on is the same. Returns the
+    plan's path. Raises GratingError if the scene cannot be made; a former one stays then."""
+    path = plan_path(job, name)
+    surface = next((each for each in job.surfaces if each.name == name), None)
+    pictures = pictures_of(job, name)
+    recipe = hash_of(_recipe(job, surface, pictures))
+    if recipe_of_plan(path) != recipe:
+        tell(f"{name}: making its scene")
+        with told_of(path):
+            path.parent.mkdir(parents=True, exist_ok=True)
+        _open(job, surface)
+        if surface is not None:
+            _put_on(job, surface, pictures)
+        _check(pictures, name)
+        _save(path.with_suffix(".blend"))
+    request = None if surface is None else surface.request.as_dict()
+    made_by = {"natural_gratings": extension_version(), "request": request}
+    write_record(path, plan_of(f"{name}.blend", recipe, pictures, made_by=made_by))
+    return path
+
+
+def measure(job: Job, name: str, tell: Callable[[str], None]) -> Path:
+    """Measure what the pictures of one of a job's scenes need of its bake. Writes them into the folder `needs`, unless
+    they are there and what they depend on is the same. Returns the file's path. Raises GratingError as make_scene."""
+    surface = next(each for each in job.surfaces if each.name == name)
+    path, pictures = job.output / NEEDS / f"{name}.json", pictures_of(job, name)
+    recipe = hash_of(_recipe(job, surface, pictures))
+    if _measured(path, recipe) is None:
+        tell(f"{name}: measuring what its pictures need")
+        _open(job, surface)
+        grating, _ = _put(job, surface, EVERYTHING)
+        needs = _needs(pictures, grating)
+        with told_of(path):
+            path.parent.mkdir(parents=True, exist_ok=True)
+        write_record(path, {"recipe": recipe, "needs": needs.as_dict()})
+    return path
+
+
+def _measured(path: Path, recipe: str) -> Needs | None:
+    """The needs of an earlier run under the same recipe, or None."""
+    try:
+        record = read_json(path, "run the job again")
+        return needs_of(record["needs"], str(path)) if record["recipe"] == recipe else None
+    except (GratingError, KeyError, TypeError):
+        return None
+
+
+def _recipe(job: Job, surface: Surface | None, pictures: Sequence[Picture]) -> list[Any]:
+    """Everything that a scene depends on. Linked libraries and textures outside the file are not in it."""
+    files = [] if job.scene is None else [job.scene]
+    record: Any = None
+    if surface is not None:
+        record = json.loads(json.dumps(as_record(surface), default=list))
+        files += [Path(scan.source) for scan in surface.request.scans if not is_synthetic(scan.source)]
+    views = [asdict(replace(picture, name="")) for picture in pictures] if job.needs else []
+    return [extension_version(), record, [_sha256(path) for path in files], views]
+
+
+def _sha256(path: Path) -> str:
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        fault = f"cannot be read ({error.strerror or error})"
+        raise GratingError(path, fault, "correct its path in the job") from error
+
+
+def _open(job: Job, surface: Surface | None) -> None:
+    """Open the job's scene, or make the one in which Show Me shows the surface's preset."""
+    if job.scene is not None:
+        try:
+            worker.open_scene(job.scene)
+        except Fault as fault:
+            raise GratingError("", str(fault), "") from fault
+        return
+    if surface is None or surface.preset is None:
+        raise GratingError(job.path, "it names neither a scene nor a preset", 'add scene = "FILE.blend"')
+    if surface.objects:
+        remedy = "leave it out, or add a scene"
+        raise GratingError(job.path, f"{surface.name}: objects: Show Me puts a preset on its own thing", remedy)
+    bpy.ops.wm.read_homefile(use_empty=True)
+    others = list(bpy.data.scenes)
+    shown = show_preset(surface.preset)
+    for scene in others:
+        bpy.data.scenes.remove(scene)
+    bpy.context.window.scene = shown
+
+
+def _put_on(job: Job, surface: Surface, pictures: Sequence[Picture]) -> None:
+    """Put a surface on its meshes, baked whole or for what the pictures show."""
+    if not job.needs:
+        _put(job, surface, EVERYTHING)
+        return
+    path = measure(job, surface.name, lambda line: None)
+    needs = needs_of(read_json(path, "run the job again")["needs"], str(path))
+    _open(job, surface)
+    _put(job, surface, needs)
+
+
+def _put(job: Job, surface: Surface, needs: Needs) -> tuple[Grating, list[str]]:
+    """Bake a surface for some needs and put it on its meshes. Returns its grating and lines to report."""
+    scene = bpy.context.scene
+    if job.scene is None:
+        grating = active_grating(scene)
+    elif surface.preset is not None:
+        grating = add_preset(scene, surface.preset)
+    else:
+        grating = add_averaged(scene, [asdict(scan) for scan in surface.request.scans])
+    grating.take_request(replace(surface.request, needs=needs))
+    if surface.lights is not None:
+        grating.lights = surface.lights.upper()
+    bake_and_wait(grating)
+    refresh_group(grating)
+    lines: list[str] = []
+    if job.scene is not None:
+        chosen = chosen_objects(list(surface.objects))
+        lines = (add_to_meshes if surface.over else assign_to_meshes)(scene, chosen)
+    values = dict(setting(f"{name}={value}", SETTABLE) for name, value in surface.inputs)
+    carriers = [thing for thing in scene.objects if thing.type == "MESH"]
+    set_inputs(carriers, grating.group, values)
+    return grating, lines
+
+
+def _needs(pictures: Sequence[Picture], grating: Grating) -> Needs:
+    """What all pictures need of a grating's bake."""
+    base = Base.now()
+    records = {json.dumps(asdict(replace(one, name="", engine=None, seed=None))): one for one in pictures}
+    views = [partial(_look, asdict(picture), base) for picture in records.values()]
+    views[0]()
+    return measure_needs(bpy.context.scene, grating, views=views).needs
+
+
+def _look(picture: dict[str, Any], base: Base) -> None:
+    try:
+        set_up(picture, base)
+    except Fault as fault:
+        raise GratingError("", str(fault), "") from fault
+
+
+def _check(pictures: Sequence[Picture], name: str) -> None:
+    """Set the scene up for each distinct view once, so that a lamp or camera that is missing is told before anything is
+    rendered. Raises GratingError."""
+    base = Base.now()
+    seen = {(one.camera, one.zoom, one.lamps): one for one in pictures}
+    for picture in seen.values():
+        _look(asdict(picture), base)
+    first = replace(
+        pictures[0], camera=None, zoom=None, frame=None, engine=None, seed=None, samples=None, width=None, height=None,
+        lamps=tuple(replace(state, azimuth_deg=None, elevation_deg=None, strength=None) for state in pictures[0].lamps),
+    )  # fmt: skip
+    _look(asdict(first), base)
+
+
+def remove_partial(job: Job) -> None:
+    """Remove what killed processes left of scenes that were not whole. No other process may make the job's scenes."""
+    for left in (job.output / SCENES).glob(".*.blend"):
+        left.unlink(missing_ok=True)
+
+
+def _save(path: Path) -> None:
+    """Save a copy of the open file whole: under another name in the same folder, so that relative paths are right."""
+    partial_path = path.with_name(f".{path.stem}.{secrets.token_hex(8)}.blend")
+    try:
+        bpy.ops.wm.save_as_mainfile(filepath=str(partial_path), copy=True, relative_remap=True, compress=True)
+        with told_of(path):
+            partial_path.replace(path)
+    finally:
+        partial_path.unlink(missing_ok=True)

@@ -1,0 +1,281 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Renders the pictures of a plan (precompute/render_job/pictures.py), each as EXR and PNG with a record beside it.
+
+The extension imports this file. It is also a script of its own, for a Blender without the extension, where
+picture_setup.py and compat.py lie beside it:
+
+    blender --background --factory-startup --python worker.py -- PLAN.json [--task N --per-task K] [--again] [--openjd]
+
+It skips pictures whose record says that they are finished, and tries a failed picture once again. A picture's files
+appear whole, the record last, so a process may be killed at any moment. Exit statuses: 0 if every picture is there, 1
+if the plan or the scene cannot be used, 3 if pictures failed twice."""
+
+import contextlib
+import hashlib
+import json
+import platform
+import shutil
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import bpy
+
+if __package__:
+    from ..blender import compat
+    from .picture_setup import Base, Fault, set_up
+else:
+    sys.path.insert(0, str(Path(__file__).resolve().parent))
+    import compat  # type: ignore[import-not-found,no-redef]  # the copies beside the script
+    from picture_setup import Base, Fault, set_up  # type: ignore[import-not-found,no-redef]
+
+# Is called with a line after each picture, and with how many are done and wanted.
+Tell = Callable[[str, int, int], None]
+
+PLAN_FORMAT = 1
+FAILED = 3
+_TRIES = 2
+# Blender keeps at most 767 characters of a note.
+_NOTE = "natural_gratings {version}, picture {id}, scene {scene_sha256}"
+_STAMPS = (
+    "date", "time", "render_time", "frame", "frame_range", "memory", "hostname", "camera", "lens", "scene", "marker",
+    "filename", "sequencer_strip", "labels",
+)  # fmt: skip
+
+
+@dataclass
+class Outcome:
+    """The names of the pictures that were rendered, that were there already, and that failed twice."""
+
+    rendered: list[str] = field(default_factory=list)
+    finished: list[str] = field(default_factory=list)
+    failed: list[str] = field(default_factory=list)
+
+    def __add__(self, other: "Outcome") -> "Outcome":
+        return Outcome(self.rendered + other.rendered, self.finished + other.finished, self.failed + other.failed)
+
+    def __str__(self) -> str:
+        return f"{len(self.rendered)} rendered, {len(self.finished)} there already, {len(self.failed)} failed"
+
+
+def read_plan(path: Path) -> dict[str, Any]:
+    """A plan. Raises Fault if it cannot be read."""
+    try:
+        plan = json.loads(path.read_text(encoding="utf-8"))
+        if plan["format"] != PLAN_FORMAT or not all(one["id"] and one["name"] for one in plan["pictures"]):
+            raise ValueError(f"its format is {plan['format']}, not {PLAN_FORMAT}")
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise Fault(f"{path}: no plan that can be used ({error}); run the job's earlier steps again") from error
+    return plan
+
+
+def part_of(pictures: list[dict[str, Any]], task: int, per_task: int) -> list[dict[str, Any]]:
+    """The pictures of a task, which are counted from 1."""
+    return pictures[(task - 1) * per_task : task * per_task]
+
+
+def render_plan(
+    path: Path,
+    part: Callable[[list[dict[str, Any]]], list[dict[str, Any]]] = lambda pictures: pictures,
+    *,
+    again: bool = False,
+    tell: Tell = lambda line, done, total: None,
+    log: Callable[..., None] = lambda event, **facts: None,
+) -> Outcome:
+    """Render the pictures of a plan that are not finished, or with `again` all of them, into the folder `pictures`
+    beside the plan's folder.
+
+    part  chooses among the plan's pictures
+    tell  is called with a line after each picture, and with how many are done and wanted
+    log   is called with events and facts, for a log
+
+    Raises Fault if the plan or its scene cannot be used."""
+    plan = read_plan(path)
+    wanted = part(plan["pictures"])
+    folder = path.parent.parent / "pictures"
+    folder.mkdir(parents=True, exist_ok=True)
+    outcome, scene = Outcome(), path.parent / plan["scene"]
+    todo = []
+    for picture in wanted:
+        if not again and is_finished(folder, picture):
+            outcome.finished.append(picture["name"])
+            log("finished before", picture=picture["name"])
+        else:
+            todo.append(picture)
+    if not todo:
+        return outcome
+    scene_sha256 = open_scene(scene)
+    base = Base.now()
+    for picture in todo:
+        start = time.monotonic()
+        facts = {"scene_sha256": scene_sha256, "scene": plan["scene"], "made_by": plan["made_by"]}
+        failure = _try(picture, base, folder, facts=facts, log=log)
+        seconds = time.monotonic() - start
+        (outcome.failed if failure else outcome.rendered).append(picture["name"])
+        done = len(outcome.finished) + len(outcome.rendered) + len(outcome.failed)
+        tell(f"{picture['name']}: {failure or f'{seconds:.1f} s'}", done, len(wanted))
+    return outcome
+
+
+def _try(
+    picture: Mapping[str, Any], base: Base, folder: Path, *, facts: Mapping[str, Any], log: Callable[..., None]
+) -> str:
+    """Render a picture, a second time if the first fails. Returns the last failure, or an empty text."""
+    failure = ""
+    for attempt in range(1, _TRIES + 1):
+        start = time.monotonic()
+        try:
+            render(picture, base, folder, facts=facts)
+        except (RuntimeError, OSError, Fault) as error:  # of Blender's operators, of files, of names in the plan
+            failure = " ".join(str(error).split()).removeprefix("Error: ")
+            log("failed", picture=picture["name"], attempt=attempt, fault=failure)
+        else:
+            log("rendered", picture=picture["name"], attempt=attempt, seconds=round(time.monotonic() - start, 3))
+            return ""
+    return failure
+
+
+def open_scene(path: Path) -> str:
+    """Open a scene, and return its file's SHA-256. Raises Fault if it cannot be opened."""
+    try:
+        digest = _sha256(path)
+        bpy.ops.wm.open_mainfile(filepath=str(path), load_ui=False)
+    except (OSError, RuntimeError) as error:
+        told = " ".join(str(error).split()).removeprefix("Error: ")
+        raise Fault(f"{path}: cannot be opened ({told}); run the job's earlier steps again") from error
+    if bpy.context.scene.camera is None and not any(thing.type == "CAMERA" for thing in bpy.data.objects):
+        raise Fault(f"{path}: it has no camera; add one to the scene")
+    return digest
+
+
+def render(picture: Mapping[str, Any], base: Base, folder: Path, *, facts: Mapping[str, Any]) -> None:
+    """Render a picture into a folder: NAME.exr, NAME.png and its record NAME.json. Raises Fault, RuntimeError or
+    OSError, with no file changed, if it cannot be rendered or written."""
+    start = time.monotonic()
+    set_up(picture, base)
+    scene, name = bpy.context.scene, picture["name"]
+    note = {"version": facts["made_by"]["natural_gratings"], "scene_sha256": facts["scene_sha256"]}
+    _stamp(scene.render, _NOTE.format(id=picture["id"], **note))
+    with _partial_folder(folder) as partial:
+        exr, png = partial / f"{name}.exr", partial / f"{name}.png"
+        compat.write_pictures(scene.render.image_settings, "OPEN_EXR")
+        scene.render.image_settings.color_depth, scene.render.image_settings.exr_codec = "32", "ZIP"
+        scene.render.filepath = str(exr)
+        scene.render.use_file_extension = False
+        if bpy.ops.render.render(write_still=True, scene=scene.name) != {"FINISHED"}:
+            raise KeyboardInterrupt
+        compat.write_pictures(scene.render.image_settings, "PNG")
+        scene.render.image_settings.color_mode, scene.render.image_settings.color_depth = "RGB", "8"
+        bpy.data.images["Render Result"].save_render(str(png), scene=scene)
+        files = {one.name: {"bytes": one.stat().st_size, "sha256": _sha256(one)} for one in (exr, png)}
+        record = {
+            "picture": dict(picture), **facts, "files": files,
+            "versions": {"blender": bpy.app.version_string, "python": platform.python_version()},
+            "machine": {"host": platform.node(), "system": platform.platform(), "processor": platform.machine()},
+            "seconds": round(time.monotonic() - start, 3),
+        }  # fmt: skip
+        written = partial / f"{name}.json"
+        written.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+        # Without its record a picture counts as not there, while its files are exchanged.
+        (folder / written.name).unlink(missing_ok=True)
+        for one in (exr, png, written):
+            one.replace(folder / one.name)
+
+
+def is_finished(folder: Path, picture: Mapping[str, Any]) -> bool:
+    """Whether a picture's record is of the same picture, and its files are those of the record."""
+    try:
+        record = json.loads((folder / f"{picture['name']}.json").read_text(encoding="utf-8"))
+        return record["picture"]["id"] == picture["id"] and all(
+            (folder / name).stat().st_size == file["bytes"] and _sha256(folder / name) == file["sha256"]
+            for name, file in record["files"].items()
+        )
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return False
+
+
+def _stamp(render: bpy.types.RenderSettings, note: str) -> None:
+    """Write only a note into the files, nothing that differs from one run to the next."""
+    for name in _STAMPS:
+        if hasattr(render, f"use_stamp_{name}"):
+            setattr(render, f"use_stamp_{name}", False)
+    render.use_stamp, render.use_stamp_note, render.stamp_note_text = False, True, note
+
+
+@contextlib.contextmanager
+def _partial_folder(folder: Path) -> Iterator[Path]:
+    """A folder for files that are not whole yet. Its name cannot be guessed, and it is removed at the end."""
+    made = tempfile.mkdtemp(dir=folder, prefix=".picture.", suffix=".partial")
+    try:
+        yield Path(made)
+    finally:
+        shutil.rmtree(made, ignore_errors=True)
+
+
+def remove_partial(folder: Path) -> None:
+    """Remove what killed processes left of pictures that were not whole. No other process may render into the
+    folder."""
+    for left in folder.glob(".picture.*.partial"):
+        shutil.rmtree(left, ignore_errors=True)
+
+
+def _sha256(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def progress_lines(openjd: bool) -> Tell:
+    """A function for `tell` that prints a bar with the time left, or with `openjd` the lines that sessions of Open Job
+    Description read."""
+    begun, before = time.monotonic(), None
+
+    def tell(line: str, done: int, total: int) -> None:
+        nonlocal before
+        before = done - 1 if before is None else before
+        left = (time.monotonic() - begun) / (done - before) * (total - done)
+        if openjd:
+            print(f"openjd_progress: {100 * done / total:.1f}\nopenjd_status: {line}", flush=True)
+            return
+        bar = "#" * round(20 * done / total)
+        print(f"[{bar:.<20}] {done} of {total}, {_duration(left)} left; {line}", file=sys.stderr, flush=True)
+
+    return tell
+
+
+def _duration(seconds: float) -> str:
+    minutes = round(seconds / 60)
+    return f"{seconds:.0f} s" if seconds < 90 else f"{minutes} min" if minutes < 90 else f"{minutes / 60:.1f} h"
+
+
+def main(arguments: list[str]) -> int:
+    """The script. Returns the exit status."""
+    words = iter(arguments)
+    paths, numbers, flags = [], {"--task": 0, "--per-task": 1}, set()
+    for word in words:
+        if word in numbers:
+            numbers[word] = int(next(words, "0"))
+        elif word in ("--again", "--openjd"):
+            flags.add(word)
+        else:
+            paths.append(Path(word))
+    task, per_task = numbers.values()
+    try:
+        if len(paths) != 1 or task < 0 or per_task < 1:
+            raise Fault("give a plan, and --task and --per-task from 1 on; worker.py has the usage")
+        outcome = render_plan(
+            paths[0].resolve(), lambda all_of: part_of(all_of, task, per_task) if task else all_of,
+            again="--again" in flags, tell=progress_lines("--openjd" in flags),
+        )  # fmt: skip
+    except Fault as fault:
+        print(f"error: {fault}", file=sys.stderr)
+        return 1
+    print(outcome)
+    return FAILED if outcome.failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[sys.argv.index("--") + 1 :]))

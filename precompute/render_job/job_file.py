@@ -1,0 +1,264 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reads a render job from its TOML file. Every value is checked before any work begins.
+
+    scene = "snake.blend"           the file to render; without it Show Me's scene of each preset
+    output = "renders"              the folder of the results; default: the job file's name without its ending
+    needs = true                    bake only the directions that the pictures show; default false
+
+    [pictures]                      each key may be missing; the scene's own setting is then kept
+    frames = "1-24:2, 30"           a text or a list of numbers
+    cameras = ["Camera"]            names of cameras
+    zooms = [1, 2.5]                factors on the camera's focal length
+    engines = ["cycles", "eevee"]
+    seeds = [0, 1]                  of Cycles; EEVEE renders the first only
+    samples = 64
+    width = 320                     pixels
+    height = 240
+
+    [[grating]]                     one for each surface; without any, the scene's own materials are kept
+    preset = "cd"                   or: scans = ["a.nid", "b.nid"]
+    size_um = 65                    of pictures as scans, as `bake --size-um`; also height_nm and channel
+    matters = ["gold", "silver"]    the surface is rendered once of each
+    delta_e = 1                     and the other keys of a request: coherence_um, illuminant, levelling, model, ...
+    name = "disc"                   default: the name of the preset or scan
+    objects = ["Disc"]              the meshes that wear it
+    over = true                     adds it to the meshes' own materials; default false
+    lights = "rest"                 or "lamps" or "all"; default: the grating's setting
+    inputs = {Roughness = 0.2}      inputs of its material, angles in degrees
+
+    [[light]]                       one for each lamp that moves or changes
+    lamp = "Sun"
+    azimuth_deg = [0, 90]           where the light comes from: counter-clockwise from +X
+    elevation_deg = [30, 60]        and above the horizon
+    strength = [0.5, 1]             factors on the lamp's strength
+    around = "Snake"                the object that a lamp goes round; a sun needs none
+
+The pictures are all combinations."""
+
+import re
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from ..bake.request import BakeRequest, request_from
+from ..base.failure import GratingError
+from ..base.files import can_be_a_path, read_limited
+from ..presets.presets import read_preset
+from ..reflectance.matter_text import parse as parse_matter
+from ..surface.height_map import is_synthetic
+from .frame_ranges import FRAME_MAX, FRAME_MIN, parse_frames
+from .tables import Limits, Table
+
+ENGINES = ("cycles", "eevee")
+LIGHTS = ("rest", "lamps", "all")
+# A film of an hour at 24 frames a second has 86,400 pictures.
+PICTURES_MAX = 100_000
+_LARGEST_BYTES = 1 << 20
+_REMEDY = "compare it with the example of `job --help`"
+# Blender's limits of frames and seeds, and limits of what a picture may be.
+_FRAME, _SEED = Limits(FRAME_MIN, FRAME_MAX), Limits(0, 2**31 - 1)
+_SAMPLES, _SIDE = Limits(1, 1 << 24), Limits(4, 65536)
+_ZOOM, _FACTOR = Limits(1e-3, 1e3), Limits(0.0, 1e6)
+_AZIMUTH, _ELEVATION = Limits(-360.0, 360.0), Limits(-90.0, 90.0)
+_SIZE = Limits(1e-3, 1e6)
+# Keys of a request that a grating may set.
+_REQUEST = ("delta_e", "coherence_um", "illuminant", "levelling", "model", "spread_deg", "patch_um")
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A grating of a job, of one matter.
+
+    name     names its scene and its pictures; letters, digits, dots, dashes and underscores
+    preset   the preset that it is, or None
+    request  the request for its bake
+    objects  the meshes that wear it
+    over     whether it is added to the meshes' own materials
+    lights   one of LIGHTS, or None for the grating's setting
+    inputs   values of the material's inputs, angles in degrees"""
+
+    name: str
+    preset: str | None
+    request: BakeRequest
+    objects: tuple[str, ...] = ()
+    over: bool = False
+    lights: str | None = None
+    inputs: tuple[tuple[str, float], ...] = ()
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """The directions and strengths of a lamp. Angles are in degrees; empty: as in the scene."""
+
+    lamp: str
+    azimuth_deg: tuple[float, ...] = ()
+    elevation_deg: tuple[float, ...] = ()
+    strength: tuple[float, ...] = ()
+    around: str | None = None
+
+
+@dataclass(frozen=True)
+class Views:
+    """How the pictures of a job are taken: its table `pictures`."""
+
+    frames: tuple[int, ...] = ()
+    cameras: tuple[str, ...] = ()
+    zooms: tuple[float, ...] = ()
+    engines: tuple[str, ...] = ()
+    seeds: tuple[int, ...] = ()
+    samples: int | None = None
+    width: int | None = None
+    height: int | None = None
+
+
+@dataclass(frozen=True)
+class Job:
+    """A render job. An empty tuple or None keeps the scene's own setting. `scene` and `output` are absolute."""
+
+    path: Path
+    scene: Path | None
+    output: Path
+    needs: bool
+    surfaces: tuple[Surface, ...]
+    sweeps: tuple[Sweep, ...]
+    views: Views
+
+
+def read_job(path: Path, *, opened: Path | None = None, output: Path | None = None) -> Job:
+    """Read a job. Paths in it are relative to its folder. `opened` is the scene of a job that names none; `output`
+    replaces the job's folder. Raises GratingError with the key of the first faulty value."""
+    content = read_limited(path, _LARGEST_BYTES, "give the .toml file of a job")
+    if len(content) > _LARGEST_BYTES:
+        raise GratingError(path, f"larger than {_LARGEST_BYTES >> 20} MiB", "split the job")
+    try:
+        record = tomllib.loads(content.decode("utf-8-sig"))
+    except (ValueError, RecursionError) as error:  # also wrong UTF-8
+        raise GratingError(path, f"not TOML that can be used ({error})", _REMEDY) from error
+    folder = path.resolve().parent
+    with Table(path, record) as whole:
+        named, written = whole.text("scene"), whole.text("output") or path.stem
+        for key, value in (("scene", named), ("output", written)):
+            if value is not None and not can_be_a_path(value):
+                raise whole.fault(key, "no name of a file", "give a path")
+        scene = opened if named is None else folder / named
+        needs = whole.flag("needs")
+        views = _views(whole.table("pictures"))
+        surfaces = tuple(one for each in whole.tables("grating") for one in _surfaces(each, folder))
+        sweeps = tuple(_sweep(each) for each in whole.tables("light"))
+    _check_names(path, "grating", [each.name.lower() for each in surfaces])
+    _check_names(path, "light", [each.lamp for each in sweeps])
+    if scene is None and any(each.preset is None for each in surfaces):
+        raise GratingError(path, "grating: scans need a scene to be put on", 'add scene = "FILE.blend" to the job')
+    if needs and not surfaces:
+        raise GratingError(path, "needs: there is no grating to bake", "add one as [[grating]], or leave `needs` out")
+    written_to = folder / written if output is None else output.resolve()
+    return Job(path, scene, written_to, needs, surfaces, sweeps, views)
+
+
+def _views(table: Table) -> Views:
+    with table:
+        return Views(
+            _frames(table),
+            table.texts("cameras"),
+            table.numbers("zooms", _ZOOM),
+            table.texts("engines", ENGINES),
+            table.integers("seeds", _SEED),
+            table.integer("samples", _SAMPLES),
+            table.integer("width", _SIDE),
+            table.integer("height", _SIDE),
+        )
+
+
+def _frames(pictures: Table) -> tuple[int, ...]:
+    """The frames in their order, each once. They are a text such as "1-24:2, 30", or a list of whole numbers."""
+    if not isinstance(pictures.take("frames"), str):
+        return pictures.integers("frames", _FRAME)
+    try:
+        return parse_frames(pictures.text("frames") or "")
+    except ValueError as error:
+        fault = f"cannot be {str(error)!r:.30}"
+        raise pictures.fault("frames", fault, 'give ranges such as "1-24:2, 30"') from error
+
+
+def _surfaces(table: Table, folder: Path) -> list[Surface]:
+    """The surfaces of a [[grating]], one for each of its matters."""
+    with table:
+        preset, scans = table.text("preset"), table.texts("scans")
+        if (preset is None) == (not scans):
+            raise table.fault("preset", "give either `preset` or `scans`", _REMEDY)
+        name = table.text("name") or _name_of(preset or scans[0])
+        request = table.within(lambda: _request(table, preset, scans, folder))
+        matters = table.texts("matters")
+        one = Surface(
+            plain_name(name),
+            preset,
+            request,
+            table.texts("objects"),
+            table.flag("over"),
+            table.text("lights", LIGHTS),
+            table.pairs("inputs"),
+        )
+    made = table.within(lambda: [parse_matter(text) for text in matters])
+    if len(made) < 2:
+        return [replace(one, request=replace(request, matter=matter)) for matter in made] or [one]
+    return [
+        replace(one, name=plain_name(f"{name}_{matter}"), request=replace(request, matter=matter)) for matter in made
+    ]
+
+
+def _name_of(source: str) -> str:
+    """The name of a preset, of a file, or of a synthetic surface."""
+    return source.partition(":")[2] if is_synthetic(source) else Path(source).stem
+
+
+def _request(table: Table, preset: str | None, scans: tuple[str, ...], folder: Path) -> BakeRequest:
+    """The request for a surface's bake, its scans absolute. Raises GratingError for values that no bake can have."""
+    given = {key: value for key in _REQUEST if (value := table.take(key)) is not None}
+    if preset is None:
+        sizes = {
+            "size_um": table.number("size_um", _SIZE),
+            "height_nm": table.number("height_nm", _SIZE),
+            "channel": table.text("channel"),
+        }
+        return request_from({"scans": [{"source": one, **sizes} for one in scans], **given}, "its bake").at(folder)
+    whole = read_preset(str(folder / preset) if preset.lower().endswith(".json") else preset).request
+    record = whole.as_dict() | given
+    return replace(request_from(record, "its bake"), scans=whole.scans)
+
+
+def _sweep(table: Table) -> Sweep:
+    with table:
+        sweep = Sweep(
+            table.text("lamp") or "",
+            table.numbers("azimuth_deg", _AZIMUTH),
+            table.numbers("elevation_deg", _ELEVATION),
+            table.numbers("strength", _FACTOR),
+            table.text("around"),
+        )
+        if not sweep.lamp:
+            raise table.fault("lamp", "is missing", "name a lamp of the scene")
+        if bool(sweep.azimuth_deg) != bool(sweep.elevation_deg):
+            raise table.fault("azimuth_deg", "one angle says no direction", "give azimuth_deg and elevation_deg")
+    return sweep
+
+
+def _check_names(path: Path, key: str, names: list[str]) -> None:
+    """Raise GratingError if two have the same name."""
+    if doubles := sorted({name for name in names if names.count(name) > 1}):
+        raise GratingError(path, f"{key}: {', '.join(doubles)} stands twice", "give each a name of its own")
+
+
+def plain_name(text: str) -> str:
+    """A text as part of a file name on every system: runs of other characters than letters, digits, dots, dashes and
+    underscores become one underscore."""
+    return re.sub(r"[^A-Za-z0-9.\-]+", "_", text).strip("._") or "_"
+
+
+def as_record(surface: Surface) -> Mapping[str, Any]:
+    """What a surface's scene depends on, without the heights of its scans, for a hash."""
+    return {
+        "preset": surface.preset, "request": surface.request.as_dict(), "objects": surface.objects,
+        "over": surface.over, "lights": surface.lights, "inputs": surface.inputs,
+    }  # fmt: skip

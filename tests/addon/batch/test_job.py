@@ -1,0 +1,199 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`job`: a scene's pictures are all rendered, none twice, and each with its record."""
+
+import json
+
+import bpy
+import numpy as np
+import pytest
+from PIL import Image
+
+from precompute.base.locks import try_lock
+
+JOB = """
+scene = "plane.blend"
+output = "out"
+[pictures]
+zooms = [1, 2]
+engines = ["cycles"]
+samples = 1
+width = 16
+height = 16
+[[grating]]
+name = "waves"
+scans = ["{scan}"]
+size_um = 4
+height_nm = 100
+delta_e = 6
+objects = ["Plane"]
+lights = "lamps"
+inputs = {{Roughness = 0.1}}
+[[light]]
+lamp = "Sun"
+azimuth_deg = [0, 90]
+elevation_deg = [60]
+"""
+NAMES = [f"waves_x{zoom}_Sun-a{azimuth}" for zoom in (1, 2) for azimuth in (0, 90)]
+
+
+@pytest.fixture
+def job(addon, scene, scan, tmp_path):
+    """A job of four pictures of the plane under two suns, its file open in Blender."""
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    camera.location = (0, 0, 3)
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "plane.blend"))
+    path = tmp_path / "job.toml"
+    path.write_text(JOB.format(scan=scan.as_posix()))
+    yield path
+    bpy.ops.wm.read_homefile(use_empty=True)
+
+
+def events(folder) -> list[tuple[str, str]]:
+    """The events and pictures of all logs, in their order."""
+    lines = [line for path in sorted(folder.glob("logs/*.jsonl")) for line in path.read_text().splitlines()]
+    return [(record["event"], record.get("picture")) for record in map(json.loads, lines)]
+
+
+def test_all_pictures_are_rendered_once(addon, job, tmp_path, capfd):
+    folder = tmp_path / "out" / "pictures"
+    assert addon.commands.execute(["job", str(job)]) == 0
+    assert sorted(path.stem for path in folder.glob("*.exr")) == sorted(NAMES)
+    assert (tmp_path / "out" / "contact_sheet.png").is_file()
+    assert "[####################] 4 of 4, 0 s left; waves_x2_Sun-a90" in capfd.readouterr().err
+    first, other = (np.asarray(Image.open(folder / f"{name}.png")) for name in NAMES[:2])
+    assert (first != other).any(), "the sun goes round"
+    record = json.loads((folder / f"{NAMES[0]}.json").read_text())
+    assert record["made_by"]["request"]["scans"][0]["size_um"] == 4
+    assert record["picture"]["id"] in Image.open(folder / f"{NAMES[0]}.png").info["Note"]
+
+    # A damaged picture is rendered again, alone. The scene is not made again.
+    scene = (tmp_path / "out" / "scenes" / "waves.blend").stat().st_mtime_ns
+    (folder / f"{NAMES[2]}.exr").write_bytes(b"damaged")
+    before = len(events(tmp_path / "out"))
+    assert addon.commands.execute(["job", str(job)]) == 0
+    later = events(tmp_path / "out")[before:]
+    assert [name for event, name in later if event == "rendered"] == [NAMES[2]]
+    assert [name for event, name in later if event == "finished before"] == [NAMES[0], NAMES[1], NAMES[3]]
+    assert (tmp_path / "out" / "scenes" / "waves.blend").stat().st_mtime_ns == scene
+
+
+def test_a_changed_job_renders_what_changed(addon, job, tmp_path):
+    assert addon.commands.execute(["job", str(job), "--step", "bake"]) == 0
+    assert addon.commands.execute(["job", str(job), "--step", "frames"]) == 0
+    job.write_text(job.read_text().replace("[0, 90]", "[0, 45]"))
+    before = len(events(tmp_path / "out"))
+    assert addon.commands.execute(["job", str(job)]) == 0
+    rendered = [name for event, name in events(tmp_path / "out")[before:] if event == "rendered"]
+    assert rendered == ["waves_x1_Sun-a45", "waves_x2_Sun-a45"]
+
+
+def test_a_picture_that_fails_is_tried_once_again(addon, job, tmp_path, monkeypatch, capfd):
+    """The first fails once, the second twice. The others are rendered, and the exit status says that some failed."""
+    render, failures = addon.worker.render, {NAMES[0]: 1, NAMES[1]: 2}
+
+    def fail(picture, *others, **facts):
+        if failures.get(picture["name"], 0) > 0:
+            failures[picture["name"]] -= 1
+            raise RuntimeError("Error: out of\nmemory")
+        render(picture, *others, **facts)
+
+    monkeypatch.setattr(addon.worker, "render", fail)
+    assert addon.commands.execute(["job", str(job)]) == addon.worker.FAILED
+    found = [event for event in events(tmp_path / "out") if event[1]]
+    assert found[:4] == [("failed", NAMES[0]), ("rendered", NAMES[0]), ("failed", NAMES[1]), ("failed", NAMES[1])]
+    assert f"failed twice: {NAMES[1]}; the log in" in capfd.readouterr().err
+    assert sorted(path.stem for path in (tmp_path / "out" / "pictures").glob("*.png")) == sorted(
+        set(NAMES) - {NAMES[1]}
+    )
+
+
+def test_a_task_renders_its_part(addon, job, tmp_path):
+    assert addon.commands.execute(["job", str(job), "--step", "bake", "--only", "waves"]) == 0
+    part = ["--step", "frames", "--only", "waves", "--task", "2", "--per-task", "3"]
+    assert addon.commands.execute(["job", str(job), *part]) == 0
+    assert [path.stem for path in (tmp_path / "out" / "pictures").glob("*.exr")] == [NAMES[3]]
+
+
+def test_a_bake_for_what_the_pictures_show(addon, job, tmp_path):
+    """Its needs are those of both zooms and both suns, and it is smaller than the whole bake."""
+    job.write_text(job.read_text().replace('output = "out"', 'output = "out"\nneeds = true'))
+    assert addon.commands.execute(["job", str(job), "--step", "needs"]) == 0
+    record = json.loads((tmp_path / "out" / "needs" / "waves.json").read_text())
+    (low_u, high_u), (low_v, high_v) = record["needs"]["u"], record["needs"]["v"]
+    # Light at 60 degrees above the horizon from +X and +Y has u or v of .5, and the plane is seen nearly from above.
+    assert high_u > 0.5 and high_v > 0.5 and low_u > -0.8 and low_v > -0.8
+    assert addon.commands.execute(["job", str(job)]) == 0
+    assert len(list((tmp_path / "out" / "pictures").glob("*.exr"))) == 4
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "out" / "scenes" / "waves.blend"))
+    assert bpy.context.scene.natural_gratings.items[-1].for_scene
+
+
+@pytest.mark.parametrize(("before", "after", "told"), [
+    ('lamp = "Sun"', 'lamp = "Moon"', "Moon: no such lamp in the scene; there are Sun"),
+    ('objects = ["Plane"]', 'objects = ["Plan"]', "Plan: no such object in the scene"),
+    ("zooms = [1, 2]", 'cameras = ["Sun"]', "Sun: no such camera in the scene; there are Camera"),
+    ("plane.blend", "other.blend", "other.blend: cannot be read (No such file or directory)"),
+    ("Roughness", "Rough", "no such input"),
+])  # fmt: skip
+def test_faults_are_told_before_anything_is_rendered(addon, job, tmp_path, capfd, before, after, told):
+    job.write_text(job.read_text().replace(before, after))
+    capfd.readouterr()
+    assert addon.commands.execute(["job", str(job)]) == 1
+    (line,) = [line for line in capfd.readouterr().err.splitlines() if line.startswith("error:")]
+    assert told in line
+    assert not (tmp_path / "out" / "pictures").exists()
+
+
+def test_an_animated_lamp_is_refused(addon, job, tmp_path, capfd):
+    lamp = bpy.data.objects["Sun"]
+    lamp.keyframe_insert("rotation_euler", frame=1)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "plane.blend"))
+    assert addon.commands.execute(["job", str(job)]) == 1
+    assert "Sun: it is animated or constrained; remove that, or leave it out of the job" in capfd.readouterr().err
+
+
+def test_one_job_is_not_rendered_twice_at_once(addon, job, tmp_path, capfd):
+    (tmp_path / "out").mkdir()
+    with try_lock(tmp_path / "out" / ".job.lock"):
+        assert addon.commands.execute(["job", str(job)]) == 1
+    assert "another process renders this job; wait for it" in capfd.readouterr().err
+
+
+def test_a_lamp_goes_round_an_object_at_its_distance(addon, job):
+    """Above the middle of the plane at 90 degrees, and at its horizon at 0; it shines at the plane."""
+    lamp = bpy.data.objects["Sun"]
+    lamp.data.type, lamp.location = "POINT", (3, 0, 4)
+    bpy.context.view_layer.update()
+    setup = addon.picture_setup
+    base = setup.Base.now()
+    picture = {"frame": None, "camera": None, "zoom": None, "engine": None, "seed": None, "samples": None}
+    picture |= {"width": None, "height": None}
+    for azimuth, elevation, place in ((0, 90, (0, 0, 5)), (90, 0, (0, 5, 0)), (180, 0, (-5, 0, 0))):
+        angles = {"azimuth_deg": azimuth, "elevation_deg": elevation}
+        state = {"lamp": "Sun", "strength": 2.0, "around": "Plane", **angles}
+        setup.set_up(picture | {"lamps": [state]}, base)
+        # Single precision holds lengths of 5 to 5e-7.
+        assert tuple(lamp.matrix_world.translation) == pytest.approx(place, abs=1e-5)
+        assert tuple(lamp.matrix_world.col[2].xyz.normalized()) == pytest.approx(np.array(place) / 5, abs=1e-6)
+        assert lamp.data.energy == 2.0
+    setup.set_up(picture | {"lamps": []}, base)
+    with pytest.raises(setup.Fault, match="a lamp that is no sun goes round an object"):
+        setup.set_up(picture | {"lamps": [state | {"around": None}]}, base)
+
+
+def test_frames_of_the_open_file_and_resume(addon, job, tmp_path, capfd):
+    """`render --frames` numbers its pictures, and --resume leaves those that are there."""
+    options = ["--engine", "cycles", "--samples", "1", "--width", "8", "--height", "8"]
+    command = ["render", "-o", str(tmp_path / "turn.png"), "--frames", "1-5:2", *options]
+    assert addon.commands.execute(command) == 0
+    names = [f"turn_000{frame}.png" for frame in (1, 3, 5)]
+    assert sorted(path.name for path in tmp_path.glob("turn*")) == names
+    (tmp_path / names[1]).unlink()
+    kept = (tmp_path / names[0]).stat().st_mtime_ns
+    assert addon.commands.execute([*command, "--resume"]) == 0
+    assert "1 rendered, 2 there already" in capfd.readouterr().out
+    assert (tmp_path / names[1]).is_file() and (tmp_path / names[0]).stat().st_mtime_ns == kept
+    assert addon.commands.execute(["render", "-o", str(tmp_path / "b##.png"), "--frames", "7", *options]) == 0
+    assert (tmp_path / "b07.png").is_file()

@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A job on a farm: the installed zip bakes, workers without the extension render, and the pixels are those of one
+process alone."""
+
+import json
+import os
+import shlex
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import OpenEXR
+import pytest
+from PIL import Image
+
+from devtools.steps import clean_environment
+
+HERE = Path(__file__).parent
+JOB = """
+scene = "plane.blend"
+[pictures]
+zooms = [1, 1.5]
+engines = ["cycles", "eevee"]
+samples = 2
+width = 32
+height = 32
+[[grating]]
+scans = ["sample:blazed"]
+delta_e = 6
+objects = ["Plane"]
+lights = "lamps"
+matters = ["dielectric", "mirror"]
+"""
+COUNT = 2 * 2 * 2
+
+
+@pytest.fixture(scope="module")
+def blender(empty_blender, built):
+    """A Blender with the extension installed from its zip."""
+    empty_blender.run_script(HERE / "install.py", built["linux_x64"])
+    return empty_blender
+
+
+@pytest.fixture(scope="module")
+def folder(blender, tmp_path_factory) -> Path:
+    """A folder with the plane's file and the job."""
+    folder = tmp_path_factory.mktemp("farm")
+    blender.run_script(HERE / "make_plane.py", folder / "plane.blend")
+    (folder / "job.toml").write_text(JOB)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def alone(blender, folder) -> Path:
+    """The job's output by one process, which was killed once at its first picture and started again."""
+    output = folder / "alone"
+    words = ("--background", "--command", "grating", "job", folder / "job.toml", "-o", output)
+    variables = clean_environment(BLENDER_USER_RESOURCES=str(blender.user_folder))
+    variables["NATURAL_GRATINGS_CACHE"] = str(blender.user_folder / "cache")
+    line = [*blender.command, *map(str, words)]
+    # A group of its own, because a Blender in a chroot is a child of the command.
+    with subprocess.Popen(
+        line, env=variables, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
+    ) as process:
+        while process.poll() is None and not list(output.glob("pictures/*.json")):
+            time.sleep(0.05)
+        os.killpg(process.pid, signal.SIGKILL)
+    blender.run(*words)
+    return output
+
+
+def command(blender, path: Path) -> Path:
+    """A program that runs a Blender in its user folder: a template's command is one word."""
+    variables = {
+        "BLENDER_USER_RESOURCES": blender.user_folder, "NATURAL_GRATINGS_CACHE": blender.user_folder / "cache"
+    }  # fmt: skip
+    lines = [f"export {name}={shlex.quote(str(value))}" for name, value in variables.items()]
+    path.write_text("\n".join(["#!/bin/sh", *lines, f'exec {shlex.join(blender.command)} "$@"', ""]))
+    path.chmod(0o755)
+    return path
+
+
+def openjd(*words: object, **options) -> subprocess.Popen:
+    """A run of the command line of Open Job Description."""
+    line = [str(Path(sys.executable).with_name("openjd")), *map(str, words)]
+    return subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **options)
+
+
+def done(process: subprocess.Popen) -> str:
+    """The output of a run; the test fails with it if its status is not 0."""
+    output, _ = process.communicate(timeout=600)
+    assert process.returncode == 0, output
+    return output
+
+
+def test_no_picture_is_rendered_twice(alone):
+    """Killed and started again. The kill may come after a picture's record and before its line in the log."""
+    lines = [line for log in alone.glob("logs/*.jsonl") for line in log.read_text().splitlines()]
+    rendered = [record["picture"] for record in map(json.loads, lines) if record["event"] == "rendered"]
+    assert len(rendered) == len(set(rendered)) and COUNT - 1 <= len(rendered) <= COUNT
+    assert len(list(alone.glob("pictures/*.exr"))) == len(list(alone.glob("pictures/*.png"))) == COUNT
+    assert not list(alone.glob("pictures/.*")), "nothing is left of the killed process"
+
+
+def test_sessions_of_workers_without_the_extension_render_the_same(blender, folder, alone, tmp_path):
+    pytest.importorskip("openjd.cli", reason="openjd-cli is in one environment")
+    output, bundle = tmp_path / "out", tmp_path / "bundle"
+    with_it = command(blender, tmp_path / "with")
+    bare = replace(blender, user_folder=tmp_path / "empty")
+    without = command(bare, tmp_path / "without")
+    blender.run_grating("job", folder / "job.toml", "-o", output, "--bundle", bundle, "--bundle-per-task", "2")
+    template = bundle / "template.json"
+    done(openjd("check", template))
+    values = [
+        "-p", f"JobFile={folder / 'job.toml'}", "-p", f"OutputDir={output}", "-p", f"ScriptsDir={bundle / 'scripts'}"
+    ]  # fmt: skip
+    done(openjd("run", template, *values, "-p", f"Blender={with_it}", "--step", "Bake"))
+    names = ("blazed_dielectric", "blazed_mirror")
+    # Two sessions at once, each with every second task.
+    sessions = [
+        openjd(
+            "run", template, *values, "-p", f"Blender={without}", "--step", "Frames",
+            "--tasks", json.dumps([{"Grating": name, "Part": part} for name in names]),
+        )
+        for part in (1, 2)
+    ]  # fmt: skip
+    told = [done(session) for session in sessions]
+    assert all("openjd_progress: 100.0" in one for one in told)
+    assert not list(bare.user_folder.glob("extensions/user_default/*"))
+    done(openjd("run", template, *values, "-p", f"Blender={with_it}", "--step", "ContactSheet"))
+    assert (output / "contact_sheet.png").is_file()
+
+    pictures = sorted(path.stem for path in (output / "pictures").glob("*.exr"))
+    assert len(pictures) == COUNT
+    for name in pictures:
+        one, other = (folder / "pictures" / name for folder in (alone, output))
+        assert np.array_equal(*(exr_pixels(path.with_suffix(".exr")) for path in (one, other))), name
+        assert np.array_equal(*(np.asarray(Image.open(path.with_suffix(".png"))) for path in (one, other))), name
+
+
+def exr_pixels(path: Path) -> np.ndarray:
+    """(rows, cols, channels)"""
+    with OpenEXR.File(str(path)) as file:
+        (channel,) = file.channels().values()
+        return channel.pixels.copy()
