@@ -22,7 +22,6 @@ from ...precompute.cli.option_types import count, name_argument
 from ...precompute.render_job.job_file import Job
 from ...precompute.render_job.job_log import Log
 from ...precompute.render_job.pictures import LOGS, PICTURES, scene_names
-from ..blender import mesa
 from ..rendering import worker
 from ..rendering.picture_setup import Fault
 from .job_scenes import make_scene, measure, plan_path, remove_partial
@@ -51,7 +50,15 @@ def run(arguments: argparse.Namespace) -> int:
     if job_verb.needs_no_blender(arguments):
         return job_verb.do(arguments, job)
     names = _chosen(job, arguments.only)
-    mesa.filter_as_cards_do()
+    try:
+        return _run(job, names, arguments)
+    except KeyboardInterrupt:
+        _print("stopped; run the job again to go on")
+        return worker.STOPPED
+
+
+def _run(job: Job, names: list[str], arguments: argparse.Namespace) -> int:
+    """Do the steps that were asked for. Returns the exit status."""
     with _alone(job, arguments), _log(job) as log:
         log("begun", job=str(job.path), step=arguments.step or "all", blender=bpy.app.version_string)
         steps = [arguments.step] if arguments.step else list(_STEPS)

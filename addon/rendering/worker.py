@@ -2,13 +2,13 @@
 """Renders the pictures of a plan (precompute/render_job/pictures.py), each as EXR and PNG with a record beside it.
 
 The extension imports this file. It is also a script of its own, for a Blender without the extension, where
-picture_setup.py and compat.py lie beside it:
+picture_setup.py, compat.py and mesa.py lie beside it:
 
     blender --background --factory-startup --python worker.py -- PLAN.json [--task N --per-task K] [--again] [--openjd]
 
 It skips pictures whose record says that they are finished, and tries a failed picture once again. A picture's files
 appear whole, the record last, so a process may be killed at any moment. Exit statuses: 0 if every picture is there, 1
-if the plan or the scene cannot be used, 3 if pictures failed twice."""
+if the plan or the scene cannot be used, 3 if pictures failed twice, 130 if it was interrupted."""
 
 import contextlib
 import hashlib
@@ -26,18 +26,20 @@ from typing import Any
 import bpy
 
 if __package__:
-    from ..blender import compat
+    from ..blender import compat, mesa
     from .picture_setup import Base, Fault, set_up
 else:
     sys.path.insert(0, str(Path(__file__).resolve().parent))
     import compat  # type: ignore[import-not-found,no-redef]  # the copies beside the script
+    import mesa  # type: ignore[import-not-found,no-redef]
     from picture_setup import Base, Fault, set_up  # type: ignore[import-not-found,no-redef]
 
 # Is called with a line after each picture, and with how many are done and wanted.
 Tell = Callable[[str, int, int], None]
 
 PLAN_FORMAT = 1
-FAILED = 3
+# Exit statuses. A shell gives 130 for a program that an interrupt ends.
+FAILED, STOPPED = 3, 130
 _TRIES = 2
 # Blender keeps at most 767 characters of a note.
 _NOTE = "natural_gratings {version}, picture {id}, scene {scene_sha256}"
@@ -108,6 +110,7 @@ def render_plan(
             todo.append(picture)
     if not todo:
         return outcome
+    mesa.filter_as_cards_do()
     scene_sha256 = open_scene(scene)
     base = Base.now()
     for picture in todo:
@@ -162,14 +165,16 @@ def render(picture: Mapping[str, Any], base: Base, folder: Path, *, facts: Mappi
     _stamp(scene.render, _NOTE.format(id=picture["id"], **note))
     with _partial_folder(folder) as partial:
         exr, png = partial / f"{name}.exr", partial / f"{name}.png"
-        compat.write_pictures(scene.render.image_settings, "OPEN_EXR")
-        scene.render.image_settings.color_depth, scene.render.image_settings.exr_codec = "32", "ZIP"
+        settings = scene.render.image_settings
+        compat.write_pictures(settings, "OPEN_EXR")
+        settings.color_mode = "RGBA" if scene.render.film_transparent else "RGB"
+        settings.color_depth, settings.exr_codec = "32", "ZIP"
         scene.render.filepath = str(exr)
         scene.render.use_file_extension = False
         if bpy.ops.render.render(write_still=True, scene=scene.name) != {"FINISHED"}:
-            raise KeyboardInterrupt
-        compat.write_pictures(scene.render.image_settings, "PNG")
-        scene.render.image_settings.color_mode, scene.render.image_settings.color_depth = "RGB", "8"
+            raise KeyboardInterrupt  # Blender takes the signal itself, and cancels the render
+        compat.write_pictures(settings, "PNG")
+        settings.color_depth = "8"
         bpy.data.images["Render Result"].save_render(str(png), scene=scene)
         files = {one.name: {"bytes": one.stat().st_size, "sha256": _sha256(one)} for one in (exr, png)}
         record = {
@@ -273,6 +278,8 @@ def main(arguments: list[str]) -> int:
     except Fault as fault:
         print(f"error: {fault}", file=sys.stderr)
         return 1
+    except KeyboardInterrupt:
+        return STOPPED
     print(outcome)
     return FAILED if outcome.failed else 0
 

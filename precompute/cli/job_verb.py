@@ -10,14 +10,16 @@ from typing import Any
 from ..base.failure import GratingError
 from ..render_job.bundle import write_bundle
 from ..render_job.contact_sheet import write_sheet
-from ..render_job.job_file import Job, read_job
+from ..render_job.job_file import EXAMPLE, Job, read_job
 from ..render_job.pictures import PICTURES, SHEET, pictures_of, scene_names
 from .option_types import count, name_argument, path_argument
 from .printing import emit
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of `job`."""
+    """Add the arguments of `job`. The help ends with an example of a job's file, which has every key."""
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.epilog = f"a job's file:\n\n{EXAMPLE}"
     parser.add_argument("job", type=path_argument, metavar="JOB.toml", help="the job's file")
     parser.add_argument("-o", "--output", type=path_argument, metavar="DIR", help="default: what the job's file says")
     parser.add_argument("--list", action="store_true", help="check the job and list its pictures, and render nothing")

@@ -28,7 +28,8 @@ _ROOT = Path(__file__).resolve().parents[2]
 _FLAMENCO = Path(__file__).with_name("flamenco.js")
 # What a worker without the extension needs.
 WORKER_FILES = tuple(
-    _ROOT / "addon" / name for name in ("rendering/worker.py", "rendering/picture_setup.py", "blender/compat.py")
+    _ROOT / "addon" / name
+    for name in ("rendering/worker.py", "rendering/picture_setup.py", "blender/compat.py", "blender/mesa.py")
 )
 # The specification's limit of a list of values.
 _LISTED_MAX = 1024

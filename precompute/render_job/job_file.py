@@ -1,42 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reads a render job from its TOML file. Every value is checked before any work begins.
-
-    scene = "snake.blend"           the file to render; without it Show Me's scene of each preset
-    output = "renders"              the folder of the results; default: the job file's name without its ending
-    needs = true                    bake only the directions that the pictures show; default false
-
-    [pictures]                      each key may be missing; the scene's own setting is then kept
-    frames = "1-24:2, 30"           a text or a list of numbers
-    cameras = ["Camera"]            names of cameras
-    zooms = [1, 2.5]                factors on the camera's focal length
-    engines = ["cycles", "eevee"]
-    seeds = [0, 1]                  of Cycles; EEVEE renders the first only
-    samples = 64
-    width = 320                     pixels
-    height = 240
-
-    [[grating]]                     one for each surface; without any, the scene's own materials are kept
-    preset = "cd"                   or: scans = ["a.nid", "b.nid"]
-    size_um = 65                    of pictures as scans, as `bake --size-um`; also height_nm and channel
-    matters = ["gold", "silver"]    the surface is rendered once of each
-    delta_e = 1                     and the other keys of a request: coherence_um, illuminant, levelling, model, ...
-    name = "disc"                   default: the name of the preset or scan
-    objects = ["Disc"]              the meshes that wear it
-    over = true                     adds it to the meshes' own materials; default false
-    lights = "rest"                 or "lamps" or "all"; default: the grating's setting
-    inputs = {Roughness = 0.2}      inputs of its material, angles in degrees
-
-    [[light]]                       one for each lamp that moves or changes
-    lamp = "Sun"
-    azimuth_deg = [0, 90]           where the light comes from: counter-clockwise from +X
-    elevation_deg = [30, 60]        and above the horizon
-    strength = [0.5, 1]             factors on the lamp's strength
-    around = "Snake"                the object that a lamp goes round; a sun needs none
-
-The pictures are all combinations."""
+"""Reads a render job from its TOML file. EXAMPLE has every key. Every value is checked before any work begins."""
 
 import re
 import tomllib
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -51,11 +18,52 @@ from ..surface.height_map import is_synthetic
 from .frame_ranges import FRAME_MAX, FRAME_MIN, parse_frames
 from .tables import Limits, Table
 
+EXAMPLE = """\
+# Paths are relative to this file. The pictures are all combinations. A key that is left out keeps the scene's setting.
+scene = "snake.blend"           # default: the open file; without one, Show Me's scene of each preset
+output = "renders"              # folder of the results; default: this file's name without its ending
+needs = true                    # bake only the directions that the pictures show; default false
+
+[pictures]
+frames = "1-24:2, 30"           # every second frame from 1 to 24, and 30; or a list
+cameras = ["Camera"]
+zooms = [1, 2.5]                # factors on the focal length
+engines = ["cycles", "eevee"]
+seeds = [0, 1]                  # of Cycles; EEVEE renders the first only
+samples = 64
+width = 320                     # pixels
+height = 240
+
+[[grating]]                     # once for each; without any, the scene's own materials stay
+preset = "cd"                   # or its .json file
+matters = ["gold", "silver"]    # the pictures are rendered once with each
+objects = ["Disc"]              # the meshes that wear it; default: the selected ones
+over = true                     # on top of the meshes' own materials; default false
+lights = "rest"                 # or lamps, or all
+inputs = {Roughness = 0.2}      # inputs of its material, angles in degrees
+
+[[grating]]
+name = "skin"                   # begins its pictures' names; default: the name of the preset or scan
+scans = ["a.nid", "b.png"]      # of one skin; also sample:NAME and grating:KIND?PARAMETERS
+size_um = 65                    # as of `bake --size-um`; also height_nm and channel
+delta_e = 1                     # as of `bake`; also coherence_um, illuminant, levelling (a list of steps), model,
+                                # spread_deg and patch_um
+objects = ["Snake"]
+
+[[light]]                       # once for each lamp that turns, goes round an object or changes its strength
+lamp = "Sun"
+azimuth_deg = [0, 90]           # where the light comes from: counter-clockwise from +X,
+elevation_deg = [30, 60]        # and above the horizon
+strength = [0.5, 1]             # factors on its strength
+around = "Snake"                # the object that it goes round; a sun needs none
+"""
 ENGINES = ("cycles", "eevee")
 LIGHTS = ("rest", "lamps", "all")
 # A film of an hour at 24 frames a second has 86,400 pictures.
 PICTURES_MAX = 100_000
 _LARGEST_BYTES = 1 << 20
+# More than a job needs; a template of Open Job Description lists at most 1024 values.
+_GRATINGS_MOST, _LAMPS_MOST = 1024, 100
 _REMEDY = "compare it with the example of `job --help`"
 # Blender's limits of frames and seeds, and limits of what a picture may be.
 _FRAME, _SEED = Limits(FRAME_MIN, FRAME_MAX), Limits(0, 2**31 - 1)
@@ -145,8 +153,8 @@ def read_job(path: Path, *, opened: Path | None = None, output: Path | None = No
         scene = opened if named is None else folder / named
         needs = whole.flag("needs")
         views = _views(whole.table("pictures"))
-        surfaces = tuple(one for each in whole.tables("grating") for one in _surfaces(each, folder))
-        sweeps = tuple(_sweep(each) for each in whole.tables("light"))
+        surfaces = tuple(one for each in whole.tables("grating", _GRATINGS_MOST) for one in _surfaces(each, folder))
+        sweeps = tuple(_sweep(each) for each in whole.tables("light", _LAMPS_MOST))
     _check_names(path, "grating", [each.name.lower() for each in surfaces])
     _check_names(path, "light", [each.lamp for each in sweeps])
     if scene is None and any(each.preset is None for each in surfaces):
@@ -246,7 +254,7 @@ def _sweep(table: Table) -> Sweep:
 
 def _check_names(path: Path, key: str, names: list[str]) -> None:
     """Raise GratingError if two have the same name."""
-    if doubles := sorted({name for name in names if names.count(name) > 1}):
+    if doubles := sorted(name for name, count in Counter(names).items() if count > 1):
         raise GratingError(path, f"{key}: {', '.join(doubles)} stands twice", "give each a name of its own")
 
 

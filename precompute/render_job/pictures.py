@@ -11,6 +11,8 @@ with this id need not be rendered again."""
 import hashlib
 import itertools
 import json
+import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -65,14 +67,11 @@ def scene_names(job: Job) -> list[str]:
 def pictures_of(job: Job, scene_name: str) -> list[Picture]:
     """The pictures of one of a job's scenes, all combinations, the frames last. Raises GratingError if the whole job
     has more than PICTURES_MAX, or if two pictures would have the same name."""
+    if (count := _count(job)) > PICTURES_MAX:
+        raise GratingError(job.path, f"{count} pictures", f"split the job: at most {PICTURES_MAX}")
     lamps = [_states(sweep) for sweep in job.sweeps]
     axes: list[Sequence[Any]] = [job.views.cameras or (None,), job.views.zooms or (None,), *lamps, _renderings(job)]
     axes.append(job.views.frames or (None,))
-    count = len(scene_names(job))
-    for axis in axes:
-        count *= len(axis)
-    if count > PICTURES_MAX:
-        raise GratingError(job.path, f"{count} pictures", f"split the job: at most {PICTURES_MAX}")
     found = [
         Picture(
             _name(job, scene_name, choice), choice[0], choice[1], tuple(choice[2:-2]), choice[-2][0], choice[-2][1],
@@ -80,11 +79,17 @@ def pictures_of(job: Job, scene_name: str) -> list[Picture]:
         )
         for choice in itertools.product(*axes)
     ]  # fmt: skip
-    names = [picture.name.lower() for picture in found]
-    if len(set(names)) < len(names):
-        double = next(name for name in names if names.count(name) > 1)
+    ((double, times),) = Counter(picture.name.lower() for picture in found).most_common(1)
+    if times > 1:
         raise GratingError(job.path, f"two pictures would be {double}.png", "rename the cameras or lamps that differ")
     return found
+
+
+def _count(job: Job) -> int:
+    """The number of a job's pictures, counted before any of them is made."""
+    swept = [values for sweep in job.sweeps for values in (sweep.azimuth_deg, sweep.elevation_deg, sweep.strength)]
+    axes = [scene_names(job), job.views.cameras, job.views.zooms, job.views.frames, *swept, _renderings(job)]
+    return math.prod(max(1, len(axis)) for axis in axes)
 
 
 def _renderings(job: Job) -> list[tuple[str | None, int | None]]:

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Collection
 from pathlib import Path
 from types import TracebackType
@@ -105,13 +104,15 @@ class Table:
         value = self.take(key)
         return Table(self._path, {} if value is None else value, key)
 
-    def tables(self, key: str) -> list[Table]:
-        """A list of tables; empty if the key is missing."""
+    def tables(self, key: str, most: int) -> list[Table]:
+        """A list of at most `most` tables; empty if the key is missing."""
         value = self.take(key)
         if value is None:
             return []
         if not isinstance(value, list):
             raise self.fault(key, "is no list of tables", f"write each as [[{key}]]")
+        if len(value) > most:
+            raise self.fault(key, f"{len(value)} of them", f"split the job: at most {most}")
         return [Table(self._path, one, f"{key} {number}") for number, one in enumerate(value, 1)]
 
     def _each(self, key: str, checked: Callable[[Any], T]) -> tuple[T, ...]:
@@ -132,7 +133,7 @@ class Table:
         return value
 
     def _number(self, key: str, value: Any, limits: Limits) -> float:
-        if type(value) not in (int, float) or not (math.isfinite(value) and limits.low <= value <= limits.high):
+        if type(value) not in (int, float) or not limits.low <= value <= limits.high:  # NaN is in no limits
             raise self.fault(key, f"cannot be {value!r:.30}", f"give a number from {limits.low:g} to {limits.high:g}")
         return float(value)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Forged or damaged JSON files for the verb `bake`: needs files, requests with their matters, and presets.
+"""Forged or damaged files for the verbs `bake` and `job`: needs files, requests with their matters, presets, and jobs.
 
 The files are only read, not baked: a forged value may still be a valid request, and a bake takes seconds."""
 
@@ -15,6 +15,8 @@ from precompute.cli.bake_verb import read_request
 from precompute.presets.presets import FOLDER as PRESETS
 from precompute.presets.presets import read_preset
 from precompute.reflectance.matter_text import parse
+from precompute.render_job.job_file import EXAMPLE, read_job
+from precompute.render_job.pictures import pictures_of, scene_names
 
 from .headers import with_lies
 from .mutations import mutated
@@ -40,3 +42,14 @@ def cases(count: int, seed: int, folder: Path) -> Iterator[Case]:
             what, data = mutated(draw, whole) if number % 3 == 2 else with_lies(draw, record)
             file = folder / f"{group}{number}.json"
             yield Case(f"{group} {number}: {what}", group, partial(read_written, file, data, read), file.name)
+    read_written(folder / "job.toml", EXAMPLE.encode(), _pictures)
+    for number in range(count):
+        what, data = mutated(random.Random(f"{seed} job {number}"), EXAMPLE.encode())
+        file = folder / f"job{number}.toml"
+        yield Case(f"job {number}: {what}", "job", partial(read_written, file, data, _pictures), file.name)
+
+
+def _pictures(path: Path) -> object:
+    """All pictures of a job."""
+    job = read_job(path)
+    return [pictures_of(job, name) for name in scene_names(job)]

@@ -7,7 +7,7 @@ import pytest
 
 from precompute.base.failure import GratingError
 from precompute.render_job.frame_ranges import parse_frames
-from precompute.render_job.job_file import plain_name, read_job
+from precompute.render_job.job_file import EXAMPLE, plain_name, read_job
 from precompute.render_job.pictures import PLAN_FORMAT, pictures_of, plan_of, scene_names
 
 THUMBNAILS = """
@@ -48,6 +48,15 @@ def test_the_thumbnails_of_two_species(written, tmp_path):
     assert job.output == tmp_path / "thumbnails"
     first = pictures_of(job, "corn_snake")[0]
     assert (first.lamps[0].azimuth_deg, first.lamps[0].elevation_deg, first.samples) == (0.0, 30.0, 8)
+
+
+def test_the_example_of_the_help_is_a_job_with_every_key(written):
+    """Three surfaces, two lamp angles each way, two strengths: the example's pictures are counted by hand."""
+    job = written(EXAMPLE)
+    assert [surface.name for surface in job.surfaces] == ["cd_gold", "cd_silver", "skin"]
+    # 13 frames, 2 zooms, 2 x 2 x 2 states of the lamp, 2 seeds in Cycles and 1 in EEVEE.
+    assert len(pictures_of(job, "skin")) == 13 * 2 * 8 * 3
+    assert None not in (job.scene, job.views.samples, job.views.width, job.views.height)
 
 
 def test_what_is_left_out_is_the_scene_s_own(written, tmp_path):
@@ -103,7 +112,10 @@ def test_frames(text, frames):
     assert parse_frames(text) == frames
 
 
-@pytest.mark.parametrize("text", ["", "a", "1-", "4-1", "1-4:0", "1..4", "1,,2", "99999999", "2-1048575", "１"])
+@pytest.mark.parametrize(
+    "text",
+    ["", "a", "1-", "4-1", "1-4:0", "1..4", "1,,2", "99999999", "2-1048575", "1-100001", "1-60000,1-60000", "１"],
+)
 def test_what_is_no_range_of_frames(text):
     with pytest.raises(ValueError):
         parse_frames(text)
@@ -117,6 +129,7 @@ def test_what_is_no_range_of_frames(text):
     ('scene = "a"\n[pictures]\nframes = [1.5]', "pictures.frames: cannot be 1.5"),
     ('scene = "a"\n[pictures]\nzooms = [0]', "pictures.zooms: cannot be 0; give a number from 0.001 to 1000"),
     ('scene = "a"\n[pictures]\nzooms = [nan]', "pictures.zooms: cannot be nan"),
+    (f'scene = "a"\n[pictures]\nzooms = [{"9" * 400}]', "pictures.zooms: cannot be 999"),
     ('scene = "a"\n[pictures]\nzooms = [1, 1.0]', "pictures.zooms: a value stands twice"),
     ('scene = "a"\n[pictures]\nzooms = []', "pictures.zooms: cannot be []"),
     ('scene = "a"\n[pictures]\nengines = ["workbench"]', "pictures.engines: cannot be 'workbench'; give one of cycles"),
@@ -148,6 +161,15 @@ def test_a_job_of_too_many_pictures_is_refused(written):
     text = 'scene = "a"\n[pictures]\nframes = "1-1000"\nseeds = [' + ",".join(map(str, range(101))) + "]"
     with pytest.raises(GratingError, match="101000 pictures; split the job"):
         pictures_of(written(text), "scene")
+
+
+def test_a_job_of_very_many_pictures_is_refused_before_they_are_made(written):
+    """Three lists of ten thousand would be 10^12 directions of one lamp."""
+    many = ",".join(f"{number / 100}" for number in range(9000))
+    lists = f"azimuth_deg = [{many}]\nelevation_deg = [{many}]".replace("89.99", "0.001")
+    job = written(f'scene = "a"\n[[light]]\nlamp = "S"\n{lists}\nstrength = [{many}]')
+    with pytest.raises(GratingError, match="729000000000 pictures; split the job"):
+        pictures_of(job, "scene")
 
 
 def test_pictures_of_one_name_are_refused(written):
