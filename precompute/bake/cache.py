@@ -119,7 +119,8 @@ def bake_once(
         folder, is_cached = staging, facts is not None
         if facts is None:
             assert hold is not None  # after the wait
-            cache.clear(key)  # it is damaged
+            if hold.fault is None:
+                cache.clear(key)  # it is damaged
             for left in staging.iterdir():
                 left.unlink()
             facts = make(staging, beating(progress, hold.path, staging))

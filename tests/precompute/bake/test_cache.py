@@ -84,6 +84,14 @@ def test_a_folder_that_cannot_be_costs_one_line(run_bake, tmp_path, monkeypatch)
     assert names(tmp_path / "out") == SKIN
 
 
+def test_a_cache_whose_path_is_too_long_costs_one_line(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("NATURAL_GRATINGS_CACHE", str(tmp_path / ("c" * 300)))
+    assert bake_once(key(1), tmp_path / "out", fake())["cached"] is False
+    assert names(tmp_path / "out") == ["a.exr"]
+    err = capsys.readouterr().err
+    assert err.startswith("warning: ") and len(err.splitlines()) == 1
+
+
 def test_no_home_costs_one_line(tmp_path, monkeypatch, capsys):
     def homeless():
         raise RuntimeError("Could not determine home directory.")
