@@ -107,18 +107,17 @@ def bake_once(
     except OSError as error:
         _warn(error)
         return {**make(output, progress), "cached": False}
-    with _staging(output, key) as staging, contextlib.ExitStack() as stack:
-        # Reading needs no lock: the copies are compared with the record.
-        hold, facts = cache.hold(key), cache.take(key, staging, believed)
-        if hold is None and facts is None:
-            hold = cache.wait(key, lambda: progress(WAITING, 0.0))
-            facts = cache.take(key, staging, believed)
-        if hold is not None:
-            stack.enter_context(hold)
-            _sweep(staging, hold)
-        folder, is_cached = staging, facts is not None
+    hold = cache.hold(key)
+    if hold is None:
+        taken = _taken_without_lock(cache, key, output, believed)
+        if taken is not None:
+            return taken
+        hold = cache.wait(key, lambda: progress(WAITING, 0.0))
+    with hold, _staging(output, key, is_locked=hold.is_locked) as staging:
+        _sweep(staging, hold)
+        folder, facts = staging, cache.take(key, staging, believed)
+        is_cached = facts is not None
         if facts is None:
-            assert hold is not None  # after the wait
             if hold.fault is None:
                 cache.clear(key)  # it is damaged
             for left in staging.iterdir():
@@ -129,12 +128,29 @@ def bake_once(
                 folder.mkdir()
                 first = cache.take(key, folder, believed)
                 folder, facts = (staging, facts) if first is None else (folder, first)
-        if hold is not None and hold.fault is None:
+        if hold.fault is None:
             with _warned(hold):
                 cache.tidy(key, hold, Limits() if is_cached else limits)
-        names = [Path(file).name for file in facts["files"]]
-        for name in names:
-            (folder / name).replace(output / name)
+        return _delivered(folder, output, facts, is_cached=is_cached)
+
+
+def _taken_without_lock(
+    cache: Cache, key: str, output: Path, believed: Callable[[Mapping[str, Any]], bool]
+) -> dict[str, Any] | None:
+    """Bring an entry into the output while another process has the lock: the copies are compared with the record, so
+    reading needs no lock. Returns None if there is no whole entry."""
+    if cache.record(key) is None:
+        return None
+    with _staging(output, key, is_locked=False) as staging:
+        facts = cache.take(key, staging, believed)
+        return None if facts is None else _delivered(staging, output, facts, is_cached=True)
+
+
+def _delivered(folder: Path, output: Path, facts: dict[str, Any], *, is_cached: bool) -> dict[str, Any]:
+    """Move a bake's files into the output. Returns the facts with their new paths."""
+    names = [Path(file).name for file in facts["files"]]
+    for name in names:
+        (folder / name).replace(output / name)
     return {**facts, "files": [str(output / name) for name in names], "cached": is_cached}
 
 
@@ -196,14 +212,18 @@ def _number_set(variable: str, default: float, remedy: str) -> float:
 
 
 @contextlib.contextmanager
-def _staging(output: Path, key: str) -> Iterator[Path]:
+def _staging(output: Path, key: str, *, is_locked: bool) -> Iterator[Path]:
     """Create a partial folder in `output` for the files of a bake. `output` is removed if it was created here and stays
-    empty. Raises GratingError if the folder cannot be created."""
+    empty. Raises GratingError if the folder cannot be created.
+
+    Only with the key's lock, which one process has at a time, does the folder's name have this machine's name: then the
+    next process with the lock knows that the folder is left behind."""
     is_new = not output.exists()
+    owner = machine_name() if is_locked else "unlocked"
     try:
         with told_of(output):
             output.mkdir(parents=True, exist_ok=True)
-            with partial_folder(output, f"bake.{key[:16]}.{machine_name()}") as folder:
+            with partial_folder(output, f"bake.{key[:16]}.{owner}") as folder:
                 yield folder
     finally:
         if is_new:

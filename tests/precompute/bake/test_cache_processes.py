@@ -32,13 +32,13 @@ def test_two_at_once_make_one_bake(picture, tmp_path, cache_folder):
         assert_nothing_is_left(cache_folder, file.parent)
 
 
-def test_two_at_once_into_one_folder(tmp_path, cache_folder):
-    """Many rounds of an instant bake: the second process finds the first one's entry."""
+def test_four_at_once_into_one_folder(tmp_path, cache_folder):
+    """Many rounds of an instant bake: the others find the first one's entry, and nobody removes another's files."""
     code = STOPPED.replace('"f" * 64', "str(n) * 64").replace("cache.bake_once", "for n in range(9): cache.bake_once")
     output = tmp_path / "out"
     command = [sys.executable, "-c", code, str(output), "nowhere"]
-    both = [subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True) for _ in range(2)]
-    for process in both:
+    four = [subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True) for _ in range(4)]
+    for process in four:
         assert process.communicate(timeout=60)[1] == "" and process.returncode == 0
     assert (output / "a.exr").read_bytes() == b"whole" * 1000
     assert_nothing_is_left(cache_folder, output, entries=9)

@@ -71,6 +71,22 @@ def test_a_dead_machine_s_lock_does_not_hide_the_entry(tmp_path, cache_folder):
         assert bake_once(key(1), tmp_path / "other", never)["cached"] is True
 
 
+def test_a_process_that_reads_without_the_lock_is_not_swept(tmp_path, cache_folder):
+    """While it copies an entry that another process had locked, a third one gets the lock and cleans up the same
+    output."""
+    bake_once(key(1), tmp_path, fake())
+    lock = cache_store.Cache(cache_folder).hold(key(1))
+
+    def believed(facts):
+        with lock:
+            pass
+        assert bake_once(key(1), tmp_path, never)["cached"] is True
+        return True
+
+    assert cache.bake_once(key(1), tmp_path, never, believed=believed)["cached"] is True
+    assert_nothing_is_left(cache_folder, tmp_path)
+
+
 def test_a_dead_machine_s_lock_does_not_stop_a_bake(tmp_path, cache_folder, monkeypatch):
     monkeypatch.setattr(shared_folder, "SILENT_SECONDS", 0.2)
     with cache_store.Cache(cache_folder).hold(key(1)):
