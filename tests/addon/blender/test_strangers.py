@@ -70,6 +70,11 @@ def act(addon):
         with contextlib.suppress(RuntimeError):
             getattr(bpy.ops.grating, name)()
     bpy.context.view_layer.update()
+    scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    scene.collection.objects.link(scene.camera)
+    scene.render.engine, scene.cycles.samples = "CYCLES", 1
+    scene.render.resolution_x = scene.render.resolution_y = 8
+    bpy.ops.render.render()
     bpy.ops.wm.save_mainfile()
 
 
