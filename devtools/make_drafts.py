@@ -10,7 +10,6 @@ from pathlib import Path
 from precompute.bake import cache
 from precompute.bake.bake_folder import are_facts, bake_to_folder
 from precompute.bake.request import BakeRequest
-from precompute.base.progress import silent
 from precompute.cli.parser import OneLineParser
 from precompute.presets.drafts import draft_request, shipped_draft, write_draft
 from precompute.presets.presets import preset_names, read_preset
@@ -34,7 +33,7 @@ def _bake(height_maps: list[HeightMap], request: BakeRequest, folder: Path) -> d
     return cache.bake_once(
         cache.key_of(height_maps, request),
         folder,
-        partial(bake_to_folder, height_maps, request, progress=silent),
+        lambda folder, progress: bake_to_folder(height_maps, request, folder, progress=progress),
         believed=lambda facts: are_facts(facts, height_maps),
     )
 

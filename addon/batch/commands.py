@@ -28,6 +28,7 @@ VERBS = {
         "diffraction_lamp_command",
         "add a Diffraction Lamp to a mesh with a grating and save the file",
     ),
+    "cache": ("cache_command", "list, prune or verify the cache of bakes"),
     "assets": ("assets_command", "write the presets as an asset library for Blender's Asset Browser"),
     "job": ("job_command", "render all pictures of a job: frames, cameras, lamps, gratings, engines"),
     "render": ("render_command", "render the open file's scene to a picture"),

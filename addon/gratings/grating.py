@@ -19,6 +19,7 @@ from bpy.props import (
 
 from ...precompute.base.failure import GratingError
 from ..blender import stored
+from ..blender.paths import absolute, is_there, pure
 from .cache_folder import cache_folder
 from .direction_source import AXES, KINDS, STORED, DirectionSource, file_has_comb
 from .levelling_steps import LevellingStep
@@ -188,11 +189,12 @@ class Grating(bpy.types.PropertyGroup):
         """The path of the bake's file. Raises GratingError if there is none."""
         if not self.bake_path:
             raise GratingError(self.name, "not baked yet", "press Bake Grating first")
-        path = Path(bpy.path.abspath(self.bake_path))
+        path = Path(absolute(self.bake_path))
         if not is_there(path):
-            place = "the cache" if path.is_relative_to(cache_folder()) else f"the folder {path.parent.name}"
+            told = pure(self.bake_path)
+            place = "the cache" if path.is_relative_to(cache_folder()) else f"the folder {told.parent.name}"
             remedy = "press Bake Grating again" if self.source else "load it again, or import the height map"
-            raise GratingError(self.name, f"its bake {path.name} is gone from {place}", remedy)
+            raise GratingError(self.name, f"its bake {told.name} is gone from {place}", remedy)
         return path
 
     def source_file(self) -> str:
@@ -203,7 +205,7 @@ class Grating(bpy.types.PropertyGroup):
             raise GratingError(self.name, "made from a bake, without a height map", "import the height map to bake it")
         from ...precompute.surface.height_map import is_synthetic
 
-        return self.source if is_synthetic(self.source) else bpy.path.abspath(self.source)
+        return self.source if is_synthetic(self.source) else absolute(self.source)
 
     def scan(self) -> dict[str, Any]:
         """The record of the grating's own scan, the first of a request. Raises GratingError as source_file does."""
@@ -326,23 +328,6 @@ def request_record(request: "BakeRequest") -> dict[str, Any]:
     record["coherence_um"] = _decimal(record["coherence_um"] or 0.0, 12)
     record["needs"]["light_radius_deg"] = _decimal(record["needs"]["light_radius_deg"], 12) or 0.0
     return record
-
-
-def is_there(path: Path) -> bool:
-    """Whether a path leads to a file; false for a path that is too long or invalid for the system."""
-    try:
-        return path.is_file()
-    except (OSError, ValueError):
-        return False
-
-
-def kept_path(path: str) -> str:
-    """The path, if a .blend file can store it. Raises GratingError if it is not valid UTF-8."""
-    try:
-        path.encode()
-    except UnicodeEncodeError as error:
-        raise GratingError(path, "Blender cannot use its name, which is not UTF-8", "rename it") from error
-    return path
 
 
 def _decimal(value: float, digits: int) -> float | None:

@@ -4,10 +4,9 @@
 from dataclasses import replace
 from typing import Protocol
 
-import bpy
-
 from ...precompute.base.failure import GratingError
 from ...precompute.reflectance.metals import METALS
+from ..blender.paths import absolute
 
 # The matter that the field Layers describes.
 LAYERS = "LAYERS"
@@ -92,7 +91,7 @@ def illuminant_text(grating: LitField) -> str:
     from ...precompute.colour.illuminants import illuminant_of
 
     try:
-        return illuminant_of(bpy.path.abspath(grating.illuminant or DAYLIGHT))
+        return illuminant_of(absolute(grating.illuminant or DAYLIGHT))
     except GratingError as error:
         raise error.within(f"{grating.name}: Lamp Spectrum") from error
 

@@ -56,7 +56,10 @@ def in_words(message: GratingError | str) -> str:
         return printable(translated(message))
     path, remedy = Path(message.what), message.remedy
     remedy = translated(remedy) if isinstance(remedy, str) else remedy
-    what = translated("{name} in the cache", name=path.name) if path.is_relative_to(cache_folder()) else None
+    what = None
+    if path.is_relative_to(cache_folder()):
+        # The cache's folders are named by hashes.
+        what = translated("{name} in the cache", name=path.name) if path.suffix else translated("the cache")
     return GratingError(message.what, translated(message.fault), remedy).line(what, LABELS.__getitem__)
 
 

@@ -10,8 +10,9 @@ from ...precompute.base.child_process import PYTHON_FLAGS
 
 
 def background_blender(script: Path, *arguments: str) -> list[str]:
-    """The command that runs a script in a Blender with factory settings and without a window."""
+    """The command that runs a script in a Blender with factory settings and without a window. Code in a file that the
+    script opens does not run."""
     if bpy.app.binary_path:
-        background = ("--background", "--factory-startup", "--python-exit-code", "1")
+        background = ("--background", "--factory-startup", "--disable-autoexec", "--python-exit-code", "1")
         return [bpy.app.binary_path, *background, "--python", str(script), "--", *arguments]
     return [sys.executable, *PYTHON_FLAGS, str(script), *arguments]

@@ -9,6 +9,7 @@ import bpy
 from bpy.props import StringProperty
 
 from ...precompute.base.failure import GratingError
+from ..blender.paths import absolute
 
 # The name of the lamp's property.
 FIELD = "diffraction_spectrum"
@@ -131,4 +132,4 @@ def canonical_spectrum(typed: str) -> str:
     for a damaged file."""
     from ...precompute.colour.illuminants import lamp_of
 
-    return lamp_of(bpy.path.abspath(typed))
+    return lamp_of(absolute(typed))

@@ -10,6 +10,7 @@ from pathlib import Path
 import bpy
 
 from ..blender import stored
+from ..blender.paths import absolute
 from ..nodes.node_count import has_parts, note_parts
 
 # Custom properties of pictures, saved in files: what the picture was made from, and its packed size in bytes.
@@ -76,7 +77,7 @@ def fault_of(image: bpy.types.Image | None) -> str:
         return f"the picture {image.name} was edited"
     packed = image.packed_file
     if packed is None:
-        path = bpy.path.abspath(image.filepath, library=image.library)
+        path = absolute(image.filepath, image.library)
         is_there = image.source == "FILE" and image.filepath and Path(path).is_file()
         return "" if is_there and _is_file_of(image, path) else f"the picture {image.name} is not packed, and lost"
     if stored.text(image, _BYTES, str(packed.size)) != str(packed.size):

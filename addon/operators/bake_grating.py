@@ -19,8 +19,9 @@ class BakeGrating(FollowsBake, bpy.types.Operator):
     bl_options = {"UNDO"}
 
     directory: StringProperty(
-        name="Folder", description="Folder for the bake. Empty: the extension's cache", subtype="DIR_PATH"
-    )
+        name="Folder", description="Folder for the bake. Empty: the extension's cache", subtype="DIR_PATH",
+        options={"PATH_SUPPORTS_BLEND_RELATIVE"},
+    )  # fmt: skip
 
     for_lamps: BoolProperty(
         name="For These Lamps",

@@ -8,8 +8,9 @@ import bpy
 
 from ...precompute.base.failure import GratingError
 from ..blender import compat
+from ..blender.paths import kept_path
 from ..gratings.baked_region import noted_region
-from ..gratings.grating import Grating, kept_path, unused_name
+from ..gratings.grating import Grating, unused_name
 from ..gratings.own_names import follow_name, name_in, note_own, was_own
 from ..materials.group_properties import answers_every_lamp, counts_footprint, frame_of, lights_of, traces_shadows
 from ..materials.group_users import linked_strays, materials_with, owners, strays

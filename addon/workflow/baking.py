@@ -8,12 +8,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import bpy
-
 from ...precompute.base.failure import GratingError
 from ...precompute.colour.working_space import lamp_line
+from ...precompute.surface.height_map import is_synthetic
 from ...precompute.surface.steps.pipeline import WARNING
 from ..blender import compat
+from ..blender.paths import own_path
 from ..gratings.cache_folder import bakes_folder
 from ..gratings.grating import Grating, request_record
 from ..gratings.remembered_bakes import asked, note_bake
@@ -39,7 +39,10 @@ def start_bake(
     folder, so a bake never overwrites another grating's bake or an earlier one that undo may return to. By default the
     request is the grating's own. Raises GratingError if the bake's settings are not possible."""
     request = request or grating.bake_request()
-    folder = Path(bpy.path.abspath(directory)) if directory else bakes_folder(asked(request))
+    for scan in request.scans:
+        if not is_synthetic(scan.source):
+            own_path(scan.source)  # before the bake looks for it in a folder of its own
+    folder = own_path(directory) if directory else bakes_folder(asked(request))
     options = () if use_cache else ("--no-cache",)
     record = json.dumps(request_record(request))
 

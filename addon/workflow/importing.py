@@ -16,7 +16,8 @@ from ...precompute.surface.quality import LIGHTS
 from ...precompute.surface.readers.reader_registry import read_height_map, read_other_way
 from ...precompute.surface.samples.catalogue import matter_of, title_of
 from ...precompute.surface.steps.pipeline import DEFAULT
-from ..gratings.grating import Grating, kept_path, scan_record, unused_name
+from ..blender.paths import absolute, kept_path
+from ..gratings.grating import Grating, scan_record, unused_name
 from ..gratings.matter_fields import take_matter
 from ..gratings.variation import Variation
 from ..gratings.wording import in_one_line, labelled
@@ -90,7 +91,7 @@ def keep_if_new(scene: bpy.types.Scene) -> str:
 
 def _settings(grating: Grating) -> tuple[Any, ...]:
     """All settings of a grating except its name."""
-    scan = (bpy.path.abspath(grating.source), grating.channel, grating.size_um, grating.height_nm)
+    scan = (absolute(grating.source), grating.channel, grating.size_um, grating.height_nm)
     optics = (grating.matter, grating.layers, grating.plate_ior, grating.illuminant)
     bake = (grating.levelling, grating.delta_e, grating.coherence_um, grating.spread_deg, *optics, grating.request)
     variation = Variation() if grating.group is None else variation_of(grating.group)

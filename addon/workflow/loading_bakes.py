@@ -17,7 +17,8 @@ from ...precompute.table.atlas_file import read_sound_header
 from ...precompute.table.sample_set import path_beside
 from ...precompute.table.sample_set import read_header as read_sample_set_header
 from ...precompute.table.tiling import BYTES_PER_TEXEL
-from ..gratings.grating import Grating, kept_path, unused_name
+from ..blender.paths import absolute, kept_path
+from ..gratings.grating import Grating, unused_name
 from ..gratings.wording import in_one_line
 from .baking import record_bake
 from .importing import description_of, quality_of, summary_of
@@ -55,7 +56,7 @@ def index_of(scene: bpy.types.Scene, bake: str) -> int:
 def take_bake(grating: Grating, path: str) -> None:
     """Set a grating's fields from the header of its bake. Raises GratingError, with nothing changed, as index_of
     does."""
-    _fill(grating, path, _found(Path(bpy.path.abspath(path))))
+    _fill(grating, path, _found(Path(absolute(path))))
 
 
 def bake_file(bake: str) -> Path:

@@ -8,11 +8,12 @@ from pathlib import Path
 import bpy
 
 from ...precompute.base.failure import GratingError, printable
-from ...precompute.base.files import told_of, write_together
+from ...precompute.base.files import short_stem, told_of, write_together
 from ...precompute.table.atlas_file import read_header
 from ...precompute.table.sample_set import path_beside
+from ..blender.paths import absolute, is_there, pure
 from ..gratings.cache_folder import bakes_folder, cache_folder
-from ..gratings.grating import Grating, is_there
+from ..gratings.grating import Grating
 from ..gratings.remembered_bakes import asked
 from ..materials.lost_parts import lost_of_own
 from ..materials.pictures import fault_of, pictures_of
@@ -50,7 +51,7 @@ def is_lost(grating: Grating) -> bool:
 
 def _kept(grating: Grating) -> Path | None:
     """The bake in this machine's cache for the grating's settings, or None."""
-    name = Path(bpy.path.abspath(grating.bake_path)).name
+    name = pure(grating.bake_path).name
     try:
         path = bakes_folder(asked(grating.bake_request())) / name
     except GratingError:  # no bake has these settings
@@ -73,7 +74,8 @@ def unpacked_bake(group: bpy.types.NodeTree) -> Path | None:
     others = [image for image in _packed(world) if image != table]
     content = bytes(table.packed_file.data)
     folder = cache_folder() / "bakes" / hashlib.sha256(content).hexdigest()[:16]
-    path = folder / f"{printable(Path(bpy.path.basename(table.filepath) or table.name).stem)}.exr"
+    stem = short_stem(printable(Path(bpy.path.basename(table.filepath) or table.name).stem))
+    path = folder / f"{stem}.exr"
     held = {path: content} | {path_beside(path): bytes(other.packed_file.data) for other in others[:1]}
     with told_of(folder):
         folder.mkdir(parents=True, exist_ok=True)
@@ -88,7 +90,7 @@ def unpacked_bake(group: bpy.types.NodeTree) -> Path | None:
 def bake_shown_by(group: bpy.types.NodeTree) -> Path:
     """The file of the bake that a Diffraction group without a grating shows. Raises GratingError if it is lost."""
     pictures = [image for tree in own_trees(group) if tree is not None for image in pictures_of(tree)]
-    files = (Path(bpy.path.abspath(image.filepath)) for image in pictures if image is not None and image.filepath)
+    files = (Path(absolute(image.filepath)) for image in pictures if image is not None and image.filepath)
     found = unpacked_bake(group) or next((file for file in files if file.is_file()), None)
     if found is None:
         raise GratingError(group.name, "the bake that it shows is lost", "assign another grating to its objects")

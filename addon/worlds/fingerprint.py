@@ -11,6 +11,7 @@ import bpy
 import numpy as np
 
 from ..blender import compat
+from ..blender.paths import absolute
 
 # Properties of all nodes, such as their place in the editor; of these, only muting changes the light.
 _OF_ALL_NODES = {own.identifier for own in bpy.types.Node.bl_rna.properties} - {"mute"}
@@ -57,7 +58,7 @@ def _file_facts(image: bpy.types.Image) -> tuple[str, int, int]:
     name = bpy.path.basename(image.filepath)
     if image.packed_file is not None:
         return name, image.packed_file.size, zlib.crc32(image.packed_file.data)
-    path = Path(bpy.path.abspath(image.filepath, library=image.library))
+    path = Path(absolute(image.filepath, image.library))
     if not (image.filepath and path.is_file()):
         return name, 0, 0
     return name, path.stat().st_size, _sampled(path)

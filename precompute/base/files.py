@@ -3,6 +3,7 @@
 of untrusted files, up to a size."""
 
 import contextlib
+import hashlib
 import os
 import re
 import tempfile
@@ -12,6 +13,8 @@ from pathlib import Path
 from .failure import GratingError
 from .job import job_name
 
+# Bytes of the longest stem that short_stem returns. File systems allow 255 bytes for the whole name.
+_LONGEST_STEM = 200
 _PARTIAL = re.compile(r"\..+\..{8}\.[^.]*\.partial", re.DOTALL)
 
 
@@ -81,6 +84,17 @@ def told_of(path: Path) -> Iterator[None]:
             f"cannot be written ({error.strerror or error})",
             "check its folder, the permissions, and the space left there",
         ) from error
+
+
+def short_stem(stem: str) -> str:
+    """A file's name without extension, shortened if it would leave no room for endings such as "_and_9_more.lobes.exr".
+
+    A shortened name ends in a hash of the whole, so that two long names stay two."""
+    raw = stem.encode(errors="surrogatepass")
+    if len(raw) <= _LONGEST_STEM:
+        return stem
+    begin = raw[: _LONGEST_STEM - 9].decode(errors="ignore")
+    return f"{begin}_{hashlib.sha256(raw).hexdigest()[:8]}"
 
 
 def can_be_a_path(text: str) -> bool:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """File locks of the operating system, which releases them when their process ends."""
 
+import errno
 import os
 import sys
 from pathlib import Path
@@ -11,6 +12,8 @@ if sys.platform == "win32":
 else:
     import fcntl
 
+# What a folder reports that has no locks, for example NFS without its lock daemon or Lustre without the option `flock`.
+_NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.ENOTSUP, errno.EINVAL}
 _OPENED = os.O_RDWR | os.O_APPEND | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0)
 
 
@@ -27,6 +30,11 @@ def try_lock(path: Path) -> BinaryIO | None:
         raise
     lock.close()
     return None
+
+
+def has_no_locks(error: OSError) -> bool:
+    """Whether an error of try_lock means that no process can lock files there."""
+    return error.errno in _NO_LOCKS
 
 
 def _locked(lock: BinaryIO, path: Path) -> bool:

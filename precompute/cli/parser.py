@@ -21,6 +21,7 @@ VERBS = {
     "info": "size, relief and periods of a height map",
     "bake": "bake height maps into the table that the material reads",
     "dft": "one .exr with the images that the OSL shaders of the thesis's algorithms read",
+    "cache": "list, prune or verify the cache of bakes",
     "check": "recompute a bake's error from its files alone",
     "comb": "smooth fields of directions on meshes out of Blender",
     "job": "check a render job, list its pictures, join them, or send it to a farm",

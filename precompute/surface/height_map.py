@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ..base.failure import GratingError
+from ..base.files import short_stem
 
 # "sample:NAME" and "grating:KIND?PARAMETERS" name synthetic surfaces wherever a file can be named.
 SAMPLE_PREFIX = "sample:"
@@ -75,12 +76,13 @@ class HeightMap:
 
     @property
     def stem(self) -> str:
-        """The file's name without folders and extension, or a synthetic surface's name as a file name."""
+        """The file's name without folders and extension, or a synthetic surface's name as a file name, shortened if it
+        is very long."""
         if self.source.startswith(GRATING_PREFIX):
             # Windows allows none of these three characters in a file name.
-            return self.source.translate(str.maketrans(":?&", "___"))
+            return short_stem(self.source.translate(str.maketrans(":?&", "___")))
         is_sample = self.source.startswith(SAMPLE_PREFIX)
-        return self.source.removeprefix(SAMPLE_PREFIX) if is_sample else Path(self.source).stem
+        return self.source.removeprefix(SAMPLE_PREFIX) if is_sample else short_stem(Path(self.source).stem)
 
     @property
     def size_m(self) -> tuple[float, float]:

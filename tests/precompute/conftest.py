@@ -12,7 +12,8 @@ def cache_folder(tmp_path_factory, monkeypatch):
     """The cache's folder, outside of tmp_path; it does not exist yet."""
     folder = tmp_path_factory.mktemp("own") / "cache"
     monkeypatch.setenv("NATURAL_GRATINGS_CACHE", str(folder))
-    monkeypatch.delenv("NATURAL_GRATINGS_CACHE_MB", raising=False)
+    for name in ("MB", "DAYS", "SHARED"):
+        monkeypatch.delenv(f"NATURAL_GRATINGS_CACHE_{name}", raising=False)
     return folder
 
 

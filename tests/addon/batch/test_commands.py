@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from precompute.bake.cache_store import Cache
+
 
 def fault(capfd, addon, *arguments) -> str:
     """The single error line of a command that fails."""
@@ -209,3 +211,19 @@ def test_places_that_cannot_be_written(addon, scene, scan, baked, capfd, place):
     assert "; " in fault(capfd, addon, "import", "sample:flat", "--json", f"{place}.json", "--save", "/dev/null/a")
     assert "; " in fault(capfd, addon, "assign", baked, "--object", "Plane", "--save", f"{place}.blend")
     assert "; " in fault(capfd, addon, "bake", "sample:flat", "-o", place, "--delta-e", "5", "--coherence-um", "2")
+
+
+def test_the_cache_of_the_extension_is_listed_verified_and_pruned(addon, scene, baked, tmp_path, capfd, monkeypatch):
+    """The files that scenes refer to, under `bakes` in the same folder, stay."""
+    monkeypatch.setenv("NATURAL_GRATINGS_CACHE", str(tmp_path / "cache"))
+    kept = tmp_path / "cache" / "bakes" / "scene" / "waves.exr"
+    kept.parent.mkdir(parents=True)
+    shutil.copy(baked, kept)
+    cache = Cache(addon.cache_folder.cache_folder())
+    assert cache.put("f" * 64, baked.parent, {"files": [baked.name]})
+    assert addon.commands.execute(["cache", "list"]) == 0
+    assert "ffffffffffff  waves  " in capfd.readouterr().out
+    (tmp_path / "cache" / "entries" / ("f" * 64) / "files" / baked.name).write_bytes(b"cut")
+    assert "1 of 1 bake is damaged" in fault(capfd, addon, "cache", "verify")
+    assert addon.commands.execute(["cache", "prune", "--all"]) == 0
+    assert list(cache.entries()) == [] and kept.read_bytes() == baked.read_bytes()

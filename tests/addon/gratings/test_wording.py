@@ -83,6 +83,8 @@ def test_a_file_in_the_cache_has_its_name_for_its_path(addon, kind):
     assert addon.wording.in_words(error_of(addon, kind(inside), "broken", "bake it again")) == (
         "skin.exr in the cache: broken; bake it again"
     )
+    folder = kind(inside.parent)
+    assert addon.wording.in_words(error_of(addon, folder, "broken", "")) == "the cache: broken", "its name is a hash"
     beside = inside.parents[3] / "skin.exr"
     assert addon.wording.in_words(error_of(addon, kind(beside), "broken", "bake it again")).startswith(f"{beside}: ")
 

@@ -15,6 +15,7 @@ from PIL import Image
 from precompute.bake import cache
 from precompute.bake.ensemble import bake
 from precompute.bake.request import BakeRequest
+from precompute.base.progress import silent
 from precompute.cli import parser
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
@@ -32,7 +33,7 @@ import os, shutil, sys
 from pathlib import Path
 from precompute.bake import cache
 
-def make(folder):
+def make(folder, progress):
     (folder / "a.exr").write_bytes(b"whole" * 1000)
     return {"seconds": 1.0, "files": [str(folder / "a.exr")]}
 
@@ -50,7 +51,7 @@ elif point == "rename":
     Path.rename = at_once
 elif point == "delivery":
     Path.replace = at_once
-cache.bake_once("k" * 64, Path(sys.argv[1]), make, believed=lambda facts: True)
+cache.bake_once("f" * 64, Path(sys.argv[1]), make, believed=lambda facts: True)
 """
 
 
@@ -131,7 +132,7 @@ class Child:
 def fake(content=b"table", calls=None):
     """An instant bake. It appends to `calls` the names that it finds in its folder."""
 
-    def make(folder):
+    def make(folder, progress=silent):
         if calls is not None:
             calls.append(names(folder))
         (folder / "a.exr").write_bytes(content)

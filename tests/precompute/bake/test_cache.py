@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from precompute.bake import cache, ensemble
+from precompute.bake import cache, cache_store, ensemble
 from precompute.base.failure import GratingError
 from precompute.cli import bake_verb as bake_verb
 from precompute.table.atlas_file import read_header
@@ -84,6 +84,14 @@ def test_a_folder_that_cannot_be_costs_one_line(run_bake, tmp_path, monkeypatch)
     assert names(tmp_path / "out") == SKIN
 
 
+def test_a_cache_whose_path_is_too_long_costs_one_line(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("NATURAL_GRATINGS_CACHE", str(tmp_path / ("c" * 300)))
+    assert bake_once(key(1), tmp_path / "out", fake())["cached"] is False
+    assert names(tmp_path / "out") == ["a.exr"]
+    err = capsys.readouterr().err
+    assert err.startswith("warning: ") and len(err.splitlines()) == 1
+
+
 def test_no_home_costs_one_line(tmp_path, monkeypatch, capsys):
     def homeless():
         raise RuntimeError("Could not determine home directory.")
@@ -98,7 +106,7 @@ def test_a_full_disk_costs_one_line(tmp_path, cache_folder, monkeypatch, capsys)
     def full(source, target):
         raise OSError(errno.ENOSPC, "No space left on device", str(source), None, str(target))  # as shutil does
 
-    monkeypatch.setattr(cache.shutil, "copyfile", full)
+    monkeypatch.setattr(cache_store.shutil, "copyfile", full)
     facts = bake_once(key(1), tmp_path / "out", fake())
     assert facts == {"seconds": 2.5, "files": [str(tmp_path / "out" / "a.exr")], "cached": False}
     err = capsys.readouterr().err
@@ -109,7 +117,7 @@ def test_a_full_disk_costs_one_line(tmp_path, cache_folder, monkeypatch, capsys)
 
 
 def test_a_bake_that_fails_leaves_nothing(tmp_path, cache_folder):
-    def fail(folder):
+    def fail(folder, progress):
         fake()(folder)
         raise GratingError("skin", "misses its budget", "ask for more")
 
@@ -142,7 +150,7 @@ def test_the_last_one_stays_whatever_its_size(tmp_path, cache_folder, monkeypatc
 def test_an_entry_in_use_is_not_evicted(tmp_path, cache_folder, monkeypatch):
     monkeypatch.setenv("NATURAL_GRATINGS_CACHE_MB", "0")
     bake_once(key(1), tmp_path, fake())
-    with cache.Cache(cache_folder, 0).lock(key(1), never):
+    with cache_store.Cache(cache_folder).hold(key(1)):
         bake_once(key(2), tmp_path, fake())
         assert names(cache_folder / "entries") == [key(1), key(2)]
 
@@ -157,4 +165,4 @@ def test_limits_that_are_none(tmp_path, monkeypatch, text):
 def test_folder_and_limit_when_nothing_is_set(monkeypatch):
     monkeypatch.delenv("NATURAL_GRATINGS_CACHE")
     assert cache.default_folder() == Path.home() / ".cache" / "natural-gratings"
-    assert cache.size_limit() == 2 << 30
+    assert cache.limits_set() == cache_store.Limits(2 << 30)

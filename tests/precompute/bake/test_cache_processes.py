@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from precompute.bake import cache
+from precompute.bake import cache, cache_store
+from precompute.base.shared_folder import machine_name
 from precompute.table import atlas_file
 from tests.precompute.bake.same_bake import assert_same_bake
 
@@ -31,13 +32,13 @@ def test_two_at_once_make_one_bake(picture, tmp_path, cache_folder):
         assert_nothing_is_left(cache_folder, file.parent)
 
 
-def test_two_at_once_into_one_folder(tmp_path, cache_folder):
-    """Many rounds of an instant bake: the second process finds the first one's entry."""
-    code = STOPPED.replace('"k" * 64', "str(n) * 64").replace("cache.bake_once", "for n in range(9): cache.bake_once")
+def test_four_at_once_into_one_folder(tmp_path, cache_folder):
+    """Many rounds of an instant bake: the others find the first one's entry, and nobody removes another's files."""
+    code = STOPPED.replace('"f" * 64', "str(n) * 64").replace("cache.bake_once", "for n in range(9): cache.bake_once")
     output = tmp_path / "out"
     command = [sys.executable, "-c", code, str(output), "nowhere"]
-    both = [subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True) for _ in range(2)]
-    for process in both:
+    four = [subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True) for _ in range(4)]
+    for process in four:
         assert process.communicate(timeout=60)[1] == "" and process.returncode == 0
     assert (output / "a.exr").read_bytes() == b"whole" * 1000
     assert_nothing_is_left(cache_folder, output, entries=9)
@@ -78,7 +79,7 @@ def test_what_a_killed_run_left_goes(tmp_path, cache_folder, point, same):
     else:
         assert names(cache_folder / "entries") == [] and len(names(cache_folder / "partial")) == 1
     calls = []
-    bake_once("k" * 64 if same else key(1), output, fake(b"whole" * 1000, calls))
+    bake_once("f" * 64 if same else key(1), output, fake(b"whole" * 1000, calls))
     assert len(calls) == (0 if same and point == "delivery" else 1)
     assert (output / "a.exr").read_bytes() == b"whole" * 1000
     assert names(cache_folder / "partial") == []
@@ -87,9 +88,8 @@ def test_what_a_killed_run_left_goes(tmp_path, cache_folder, point, same):
 
 
 def test_what_another_process_is_at_is_not_swept(tmp_path, cache_folder):
-    other = cache.Cache(cache_folder, 0)
-    with other.lock(key(1), never):
-        unfinished = cache_folder / "partial" / key(1)
+    with cache_store.Cache(cache_folder).hold(key(1)):
+        unfinished = cache_folder / "partial" / f"{key(1)}.{machine_name()}.1"
         unfinished.mkdir(parents=True)
         bake_once(key(2), tmp_path, fake())
         assert unfinished.is_dir()

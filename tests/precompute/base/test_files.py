@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from precompute.base.failure import GratingError
-from precompute.base.files import partial_folder, read_limited, write_together, write_whole
+from precompute.base.files import partial_folder, read_limited, short_stem, write_together, write_whole
 from precompute.base.job import JOB_VARIABLE
 
 
@@ -112,3 +112,12 @@ def test_what_cannot_be_read_is_told_in_a_line(tmp_path, name, told):
     with pytest.raises(GratingError) as error:
         read_limited(tmp_path / name, 10, "give a file")
     assert told in str(error.value) and str(error.value).isprintable()
+
+
+@pytest.mark.parametrize("letter", ["x", "\u00e4", "\U0001f308", "\udcff"])
+def test_a_long_name_is_shortened_and_stays_its_own(letter):
+    """With any ending of up to 55 bytes the name fits into the 255 bytes of a file system."""
+    one, other = (short_stem(letter * 250 + end) for end in "ab")
+    assert one != other and one == short_stem(letter * 250 + "a")
+    assert len(one.encode()) <= 200 and set(one.partition("_")[0]) <= {letter}
+    assert short_stem("skin" + letter) == "skin" + letter

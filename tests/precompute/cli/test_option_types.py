@@ -54,7 +54,15 @@ def options():
     """Every option with a value: the verb, the option, and its action."""
     verbs = build_parser(VERBS, PACKAGES)._subparsers._group_actions[0].choices
     assert set(verbs) == set(VERBS)
-    for verb, parser in verbs.items():
+    nested = {
+        f"{verb} {name}": inner
+        for verb, parser in verbs.items()
+        for action in parser._actions
+        if isinstance(action, argparse._SubParsersAction)
+        for name, inner in action.choices.items()
+    }
+    assert set(nested) == {"cache list", "cache prune", "cache verify"}
+    for verb, parser in (verbs | nested).items():
         for action in parser._actions:
             if action.option_strings and action.nargs != 0:
                 yield pytest.param(verb, action, id=f"{verb} {action.option_strings[-1]}")
