@@ -25,6 +25,7 @@ from .facts import SceneFacts, facts_of
 from .folds import fold_of, folds
 from .light_part import draw_light, draw_warnings
 from .look_part import draw_look, draw_stickers
+from .missing_packages import draw_missing
 from .next_step import DONE, LIGHT, LOOK, QUALITY, SURFACE, Next, next_step, state_of
 from .notes import draw_note
 from .preset_pictures import CHOSEN, presets_with_pictures
@@ -104,6 +105,7 @@ class _Drawn(_Panel):
         gratings = context.scene.natural_gratings
         if context.scene.get(_SHOW):
             layout.operator(BackFromShow.bl_idname, icon="LOOP_BACK")
+        draw_missing(layout, context)
         facts = facts_of(context)
         _draw_strays(layout, context, facts.scene)
         grating = gratings.active()

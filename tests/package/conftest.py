@@ -3,7 +3,8 @@
 
 import os
 import subprocess
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
@@ -72,3 +73,17 @@ COMMANDS = {
 def empty_blender(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Blender:
     """Each available Blender, with an empty user folder."""
     return Blender(COMMANDS[request.param](), tmp_path_factory.mktemp("user"))
+
+
+@pytest.fixture
+def without_packages(tmp_path: Path) -> Callable[..., Blender]:
+    """A function: a Blender whose Python has none of the packages with these import names. Of a bpy wheel it hides
+    those of its environment; a binary ignores PYTHONPATH, and has only what the extension brings."""
+
+    def hide(blender: Blender, *packages: str) -> Blender:
+        (tmp_path / "hidden").mkdir()
+        hidden = f"import sys\nsys.modules.update(dict.fromkeys({packages!r}))\n"
+        (tmp_path / "hidden" / "sitecustomize.py").write_text(hidden)
+        return replace(blender, command=("env", f"PYTHONPATH={tmp_path / 'hidden'}", *blender.command))
+
+    return hide
