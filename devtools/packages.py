@@ -49,7 +49,7 @@ def is_genuine(name: str, hashes: dict[str, str]) -> bool:
 
 @dataclass
 class Download:
-    """One call of pip download: the wheels for one version of Python on one operating system."""
+    """One call of pip download: the wheels for one version of Python on one operating system and machine."""
 
     python_tag: str
     system: str
@@ -75,7 +75,8 @@ def downloads(names: list[str]) -> list[Download]:
     plan: dict[tuple[str, str], Download] = {}
     for name in names:
         package, version, python_tag, _, platform_tags = name.removesuffix(".whl").split("-")
-        system = re.split(r"[_\d]", platform_tags)[0]
+        # Without the system's version: win_arm64, macosx_arm64, manylinux_x86_64.
+        system = re.sub(r"_?\d+_\d+(?=_)|2014", "", platform_tags.rpartition(".")[2])
         download = plan.setdefault((python_tag, system), Download(python_tag, system))
         download.platforms |= set(platform_tags.split("."))
         download.requirements.append(f"{package}=={version}")
