@@ -14,7 +14,7 @@ from .notes import draw_note
 _USES = {
     "OpenEXR": marked("OpenEXR (to bake)"),
     "Pillow": marked("Pillow (to read PNG, TIFF and BMP scans)"),
-    "xatlas": marked("xatlas (to unwrap by xatlas)"),
+    "xatlas": marked("xatlas (to unwrap other than by Minimum Stretch)"),
 }
 
 
@@ -24,10 +24,8 @@ def missing_line() -> str:
     if not names:
         return ""
     return translated(
-        "Missing packages: {uses}. Everything else works. Remedy: install the extension's zip for this platform, or "
-        "install {names} for this Blender's Python {version}.",
+        "Missing packages: {uses}. Install them for this Blender's Python {version}, or install the extension's zip.",
         uses=", ".join(translated(_USES[name]) for name in names),
-        names=", ".join(names),
         version=".".join(map(str, sys.version_info[:2])),
     )
 
