@@ -8,12 +8,15 @@ import subprocess
 import tempfile
 import tomllib
 import zipfile
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 
 from . import ENVIRONMENTS, ROOT, DevError
 from .environments import Environment
+from .notices import NOTICES, notices_of
 from .steps import clean_environment, run_step, run_together, say
 
 WHEELS = ROOT / "wheels"
@@ -133,16 +136,19 @@ def validate(package: Path, environment: Environment) -> None:
         raise DevError(f"{package.name}: wheels missing in the zip: {', '.join(missing)}")
 
 
-def make_reproducible(package: Path) -> None:
+def rewrite(package: Path, added: Mapping[str, bytes] = MappingProxyType({})) -> None:
     """Rewrite a zip so that its bytes depend only on its files' names and contents: files are sorted, with a fixed date
-    and mode. Blender's tool takes order and date from the disk, where they differ from one checkout to the next."""
+    and mode. Blender's tool takes order and date from the disk, where they differ from one checkout to the next.
+    `added` are files to add or to replace."""
     with tempfile.TemporaryDirectory(dir=package.parent) as folder:
         plain = Path(folder) / package.name
         with zipfile.ZipFile(package) as given, zipfile.ZipFile(plain, "w") as made:
-            for item in sorted(given.infolist(), key=lambda item: item.filename):
-                entry = zipfile.ZipInfo(item.filename, _DATE)
-                entry.create_system, entry.external_attr, entry.compress_type = _UNIX, _MODE << 16, item.compress_type
-                made.writestr(entry, given.read(item))
+            kept = {item.filename: item for item in given.infolist() if item.filename not in added}
+            for name in sorted({*kept, *added}):
+                entry = zipfile.ZipInfo(name, _DATE)
+                entry.create_system, entry.external_attr = _UNIX, _MODE << 16
+                entry.compress_type = kept[name].compress_type if name in kept else zipfile.ZIP_DEFLATED
+                made.writestr(entry, added[name] if name in added else given.read(kept[name]))
         plain.replace(package)
 
 
@@ -157,6 +163,6 @@ def build(environment: Environment, output: Path, lock: bool = False) -> list[Pa
         extension_tool(environment, "build", "--source-dir", ROOT, "--output-dir", folder, "--split-platforms")
         packages = sorted(Path(folder).glob("*.zip"))
         for package in packages:
-            make_reproducible(package)
+            rewrite(package, {NOTICES: notices_of(package).encode()})
             validate(package, environment)
         return [Path(shutil.move(package, output / package.name)) for package in packages]

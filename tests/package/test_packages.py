@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from devtools import ROOT, DevError, environments, packages
+from devtools.notices import NOTICES, notices_of
 from precompute.presets.presets import preset_names
 
 # The start and the end of each platform's wheels.
@@ -21,7 +22,7 @@ WHEELS_OF = {
 PLATFORMS = tuple(WHEELS_OF)
 # Packages that have no wheel, by platform and Python.
 UNAVAILABLE = {("windows_arm64", "cp311"): {"xatlas"}, ("windows_arm64", "cp313"): {"xatlas"}}
-TOP_LEVEL = {"__init__.py", "blender_manifest.toml", "LICENSE", "addon", "drafts", "precompute", "wheels"}
+TOP_LEVEL = {"__init__.py", "blender_manifest.toml", "LICENSE", NOTICES, "addon", "drafts", "precompute", "wheels"}
 
 
 def names(package: Path) -> list[str]:
@@ -89,6 +90,38 @@ def test_zip_holds_no_wheel_of_another_platform(built, platform):
 
 
 @pytest.mark.parametrize("platform", PLATFORMS)
+def test_zip_names_each_wheel_with_its_licence_and_its_text(built, platform):
+    with zipfile.ZipFile(built[platform]) as archive:
+        notices = archive.read(NOTICES).decode()
+    contents, *texts = notices.split("=" * 80 + "\n")
+    licences = {"openexr": "BSD-3-Clause", "pillow": "MIT-CMU", "xatlas": "MIT"}
+    for name in wheels(built[platform]):
+        package, version = name.split("-")[:2]
+        line = next(line for line in contents.splitlines() if line.startswith(f"{package} {version}, "))
+        assert line.split(", ")[1] == licences[package]
+        with zipfile.ZipFile(packages.WHEELS / name) as wheel:
+            (own,) = [wheel.read(held).decode() for held in wheel.namelist() if ".dist-info/licenses/LICENSE" in held]
+        assert any(" ".join(own.split()) in " ".join(text.split()) for text in texts), name
+
+
+def test_libraries_within_the_wheels_have_their_licences_too(built):
+    """Of these libraries the wheels' own licence files say nothing."""
+    with zipfile.ZipFile(built["windows_x64"]) as archive:
+        notices = archive.read(NOTICES).decode()
+    for library in ("libdeflate", "OpenJPH", "Zstandard", "pybind11", "OpenNL", "thekla_atlas and Fast-BVH"):
+        assert f"--- {library}" in notices
+
+
+def test_a_wheel_without_a_licence_is_refused(built, tmp_path):
+    wheel = without(packages.WHEELS / wheels(built["linux_x64"])[0], "LICENSE", tmp_path / "openexr-1-cp311-a-b.whl")
+    package = tmp_path / "a.zip"
+    with zipfile.ZipFile(package, "w") as made:
+        made.write(wheel, f"wheels/{wheel.name}")
+    with pytest.raises(DevError, match="openexr-1-cp311-a-b.whl: has no licence"):
+        notices_of(package)
+
+
+@pytest.mark.parametrize("platform", PLATFORMS)
 @pytest.mark.parametrize("environment", environments.ALL, ids=lambda one: one.name)
 def test_zip_is_valid_for_both_blenders(built, platform, environment):
     if not environments.is_ready(environment):
@@ -116,7 +149,7 @@ def test_a_zip_s_bytes_do_not_depend_on_dates_order_and_modes(tmp_path):
                 item = zipfile.ZipInfo(name, (2000 + number, 1, 1, 0, 0, 0))
                 item.external_attr, item.compress_type = (0o600 + number) << 16, zipfile.ZIP_DEFLATED
                 package.writestr(item, files[name])
-        packages.make_reproducible(tmp_path / f"{number}.zip")
+        packages.rewrite(tmp_path / f"{number}.zip")
     assert (tmp_path / "0.zip").read_bytes() == (tmp_path / "1.zip").read_bytes()
     with zipfile.ZipFile(tmp_path / "0.zip") as package:
         assert {name: package.read(name) for name in package.namelist()} == files
@@ -137,6 +170,12 @@ def test_zip_without_manifest_is_refused(built, tmp_path):
 
 def test_every_wheel_has_a_known_hash():
     assert set(packages.known_hashes()) == set(packages.wheel_names())
+
+
+def test_the_manifest_names_the_copyright_s_owner():
+    manifest = tomllib.loads((ROOT / "blender_manifest.toml").read_text())
+    assert manifest["copyright"] == [f"2026 {manifest['maintainer']}"]
+    assert manifest["license"] == ["SPDX:GPL-3.0-or-later"]
 
 
 def test_file_permission_is_asked_for_with_its_reason():
