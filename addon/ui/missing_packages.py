@@ -7,6 +7,7 @@ import sys
 import bpy
 
 from ...precompute.base.packages import missing_packages
+from ..gratings.cache_folder import EXTENSION
 from ..gratings.wording import marked, translated
 from .notes import draw_note
 
@@ -23,11 +24,13 @@ def missing_line() -> str:
     names = missing_packages()
     if not names:
         return ""
-    return translated(
-        "Missing packages: {uses}. Install them for this Blender's Python {version}, or install the extension's zip.",
-        uses=", ".join(translated(_USES[name]) for name in names),
-        version=".".join(map(str, sys.version_info[:2])),
-    )
+    remedy = marked("Install them for this Blender's Python {version}.")
+    if not EXTENSION.startswith("bl_ext."):
+        remedy = marked("Install the extension's zip in place of this folder, or these for Python {version}.")
+    return " ".join([
+        translated("Missing packages: {uses}.", uses=", ".join(translated(_USES[name]) for name in names)),
+        translated(remedy, version=".".join(map(str, sys.version_info[:2]))),
+    ])  # fmt: skip
 
 
 def draw_missing(layout, context) -> None:

@@ -2,6 +2,7 @@
 """The packages built by `./dev build`, and every available Blender with its own user folder."""
 
 import os
+import shutil
 import subprocess
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -9,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from devtools import environments, packages
+from devtools import ROOT, environments, packages
 from devtools.blender import SHIM, find_binary
 from devtools.steps import clean_environment
 
@@ -20,6 +21,18 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     folder = tmp_path_factory.mktemp("packages")
     paths = packages.build(environments.require(environments.PY311), folder)
     return {path.stem.rpartition("-")[2]: path for path in paths}
+
+
+def copy_checkout(folder: Path) -> Path:
+    """Copy the files that git does not ignore into a folder, with the wheels and the drafts of the fixture `built`."""
+    command = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
+    listed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    for name in filter(None, listed.split("\0")):
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / name, folder / name)
+    for name in ("wheels", "drafts"):
+        shutil.copytree(ROOT / name, folder / name)
+    return folder
 
 
 @dataclass(frozen=True)

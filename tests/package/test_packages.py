@@ -16,6 +16,8 @@ from devtools.notices import NOTICES, notices_of
 from devtools.steps import clean_environment
 from precompute.presets.presets import preset_names
 
+from .conftest import copy_checkout
+
 # The start and the end of each platform's wheels.
 WHEELS_OF = {
     "linux_x64": ("manylinux", "x86_64"),
@@ -200,15 +202,9 @@ def test_file_permission_is_asked_for_with_its_reason():
 
 @pytest.fixture
 def other_checkout(tmp_path):
-    """The tracked files in another folder, with the wheels, the environments, and the drafts of all presets but one."""
-    folder = tmp_path / "a checkout elsewhere"
-    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
-    for name in filter(None, listed.split("\0")):
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copy(ROOT / name, folder / name)
-    (folder / ".env").symlink_to(ROOT / ".env")
-    shutil.copytree(ROOT / "wheels", folder / "wheels")
-    shutil.copytree(ROOT / "drafts", folder / "drafts", ignore=shutil.ignore_patterns("gold_foil"))
+    """This checkout in another folder, with the wheels, and the drafts of all presets but one."""
+    folder = copy_checkout(tmp_path / "a checkout elsewhere")
+    shutil.rmtree(folder / "drafts" / "gold_foil")
     return folder
 
 
