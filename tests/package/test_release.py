@@ -13,7 +13,7 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 
 import pytest
 
-from devtools import ROOT, DevError, environments, packages, release
+from devtools import ROOT, DevError, cli, environments, packages, release
 from devtools.steps import clean_environment
 
 from .conftest import Blender, binary_command, copy_checkout
@@ -92,6 +92,11 @@ def test_a_version_with_a_tag_is_refused(small):
 def test_a_folder_that_holds_files_is_refused(small, tmp_path):
     with pytest.raises(DevError, match="is not empty; remedy: give --output a new folder"):
         release.release(environments.PY311, tmp_path)
+
+
+def test_a_website_that_is_no_address_is_refused(capsys):
+    assert cli.main(["release", "--website", "example.org"]) == 1
+    assert capsys.readouterr().err == "error: --website example.org: is no address; remedy: begin it with https://\n"
 
 
 @pytest.fixture(scope="module")
