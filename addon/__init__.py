@@ -48,7 +48,17 @@ from .operators import (
     vary_grating,
     why_black,
 )
-from .ui import direction_panel, facts, folds, lamp_panel, object_menu, panel, preset_pictures, steps_panel
+from .ui import (
+    direction_panel,
+    facts,
+    folds,
+    lamp_panel,
+    missing_packages,
+    object_menu,
+    panel,
+    preset_pictures,
+    steps_panel,
+)
 from .workflow import handlers, previewing_levelling
 
 # Registration order: a property group comes before the property groups that hold it.
@@ -159,6 +169,7 @@ def register() -> None:
         after.append(remembered_bakes.recall_bakes)
     handlers.register()
     _command = bpy.utils.register_cli_command("grating", _run_command)  # type: ignore[func-returns-value]  # the stubs say it returns None
+    missing_packages.print_missing()
 
 
 def unregister() -> None:

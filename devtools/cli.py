@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NoReturn
 
-from . import ROOT, DevError, blender, chroot, environments, machine, packages, suites, walk
+from . import ROOT, DevError, blender, chroot, environments, machine, packages, release, suites, walk
 from .environments import ALL, LINT, PY311, Environment
 from .steps import become, clean_environment, project_environment
 
@@ -25,6 +25,7 @@ verbs:
   lint [--fix]            checks rules and formatting with ruff, types with mypy
   bench [ARGS]            runs the benchmarks of laboratory/benchmarks/
   build [--output DIR]    builds and validates the extension's zip for each platform
+  release [--output DIR]  builds the zips with checksums, notes and Blender's index; --tag tags the commit
   grating ARGS            runs the command line without Blender: info, bake, map, ...
   blender ARGS            runs Blender with this working tree as its extension
   walk [--output DIR]     presses the panel's buttons in a Blender with a window, and saves pictures
@@ -129,6 +130,21 @@ def build(_: argparse.Namespace, arguments: list[str]) -> int:
     return 0
 
 
+def make_release(_: argparse.Namespace, arguments: list[str]) -> int:
+    parser = verb_parser("release", "Builds a release from a clean tree: zips, checksums, notes, and Blender's index.")
+    default = ROOT / "dist" / packages.manifest()["version"]
+    parser.add_argument("--output", type=Path, default=default, help="new folder; default: dist/VERSION")
+    parser.add_argument("--website", metavar="URL", default="", help="website in the zips' manifests")
+    parser.add_argument("--tag", action="store_true", help="tag the commit as vVERSION; nothing is pushed")
+    own = parser.parse_args(arguments)
+    if own.website and not own.website.startswith("https://"):
+        raise DevError(f"--website {own.website}: is no address; remedy: begin it with https://")
+    environment = environments.require(PY311)
+    for path in release.release(environment, own.output.absolute(), website=own.website, tag=own.tag):
+        print(f"{path} ({path.stat().st_size / 1e6:.1f} MB)" if path.suffix == ".zip" else path)
+    return 0
+
+
 def grating(_: argparse.Namespace, arguments: list[str]) -> NoReturn:
     environment = environments.require(PY311)
     own = {path.stem.removesuffix("_verb") for path in (ROOT / "laboratory" / "verbs").glob("[a-z]*.py")}
@@ -190,6 +206,7 @@ VERBS: dict[str, Callable[[argparse.Namespace, list[str]], int]] = {
     "lint": lint,
     "bench": bench,
     "build": build,
+    "release": make_release,
     "grating": grating,
     "blender": run_blender,
     "walk": take_walk,

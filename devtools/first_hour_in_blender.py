@@ -14,7 +14,7 @@ import bpy
 
 sys.path.append(str(Path(__file__).resolve().parents[1]))
 
-from devtools.hands import LONG, Steps, choose_file, play, press_button, press_in_view, screen_picture, view
+from devtools.hands import LONG, Steps, choose_file, play, press_button, press_in_view, save_screen, view
 from devtools.hands import window as first_window
 
 FOLDER, SCREEN = (Path(argument) for argument in sys.argv[sys.argv.index("--") + 1 :])
@@ -32,7 +32,7 @@ def act(count: int = 1) -> None:
 def picture(name: str, text: str) -> None:
     """Save a picture of the screen, and a line with the acts of the station so far."""
     file = f"{len(_lines) + 1:02}_{name}.png"
-    screen_picture(SCREEN).save(FOLDER / file)
+    save_screen(SCREEN, FOLDER / file)
     _lines.append(f"- `{file}`, {_acts} act{'s' * (_acts != 1)}: {text}")
     (FOLDER / "walk.md").write_text("\n".join(_lines) + "\n")
     print(f"[walk] {file}", flush=True)
@@ -135,11 +135,11 @@ def sticker() -> Steps:
 
 
 def own_scan() -> Steps:
-    """A picture of a scan is imported with its size, baked, assigned, shown and lit."""
+    """A scan is imported with its size, baked, assigned, shown and lit."""
     yield from begin()
     act(5)  # Import Scan, the file, its width, its height, and the dialog's button
     bpy.ops.grating.import_height_map(
-        "EXEC_DEFAULT", True, filepath=str(FOLDER / "waves.png"), size_um=8, height_nm=150
+        "EXEC_DEFAULT", True, filepath=str(FOLDER / "waves.txt"), size_um=8, height_nm=150
     )
     view()[0].tag_redraw()
     yield 3 * SECOND

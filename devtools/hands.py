@@ -8,15 +8,13 @@ import os
 import struct
 import sys
 import traceback
+import zlib
 from collections.abc import Generator, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import bpy
+import numpy as np
 from bpy_extras.view3d_utils import location_3d_to_region_2d
-
-if TYPE_CHECKING:
-    from PIL import Image
 
 # Seconds for an event, and for an event that builds a node group.
 MOMENT, LONG = 0.05, 1.0
@@ -134,15 +132,24 @@ def show_sidebar() -> Steps:
     yield LONG
 
 
-def screen_picture(screen: Path) -> "Image.Image":
-    """The screen, read from its picture file (display.py). Blender's screenshot is black without a graphics card."""
-    from PIL import Image
-
+def save_screen(screen: Path, picture: Path) -> None:
+    """Save the screen as PNG, from its picture file (display.py). Blender's screenshot is black without a graphics
+    card, and Blender's Python may lack Pillow."""
     held = screen.read_bytes()
-    # An xwd header has fields of 32 bits, including the start of the pixels and their layout.
+    # An xwd header has fields of 32 bits, including the start of the pixels and their layout: blue, green, red, unused.
     header_size, _, _, _, width, height, *rest = struct.unpack(">25I", held[:100])
     row_bytes, colours = rest[6], rest[13]
-    return Image.frombytes("RGB", (width, height), held[header_size + 12 * colours :], "raw", "BGRX", row_bytes)
+    pixels = np.frombuffer(held, np.uint8, height * row_bytes, header_size + 12 * colours).reshape(height, row_bytes)
+    rows = np.zeros((height, 1 + 3 * width), np.uint8)  # each row begins with its filter's number, 0 for none
+    rows[:, 1:] = pixels[:, : 4 * width].reshape(height, width, 4)[:, :, 2::-1].reshape(height, -1)
+    header = struct.pack(">2I5B", width, height, 8, 2, 0, 0, 0)  # 8 bits, RGB
+    chunks = ((b"IHDR", header), (b"IDAT", zlib.compress(rows.tobytes())), (b"IEND", b""))
+    picture.write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(_chunk(*each) for each in chunks))
+
+
+def _chunk(kind: bytes, data: bytes) -> bytes:
+    """A part of a PNG file."""
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
 
 def play(story: Steps) -> None:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Makes the draft bakes of the presets that the packages ship, in drafts/. Bakes of an earlier run come from the cache.
 
-python -m devtools.make_drafts [--preset cd]"""
+`./dev build` runs it; `python -m devtools.make_drafts [--preset cd]`."""
 
 import sys
 from functools import partial

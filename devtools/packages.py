@@ -2,30 +2,39 @@
 """The extension's packages: downloading and checking wheels, building and validating a zip for each platform."""
 
 import hashlib
+import json
 import re
 import shutil
 import subprocess
 import tempfile
 import tomllib
 import zipfile
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
+from typing import Any
 
 from . import ENVIRONMENTS, ROOT, DevError
 from .environments import Environment
+from .notices import NOTICES, notices_of
 from .steps import clean_environment, run_step, run_together, say
 
+MANIFEST = "blender_manifest.toml"
 WHEELS = ROOT / "wheels"
 HASHES = ROOT / "devtools" / "wheels.sha256"
 # Date (the earliest possible), system and mode of every file in a zip.
 _DATE, _UNIX, _MODE = (1980, 1, 1, 0, 0, 0), 3, 0o644
 
 
+def manifest() -> dict[str, Any]:
+    return tomllib.loads((ROOT / MANIFEST).read_text())
+
+
 def wheel_names() -> list[str]:
     """The file names of the wheels that the manifest lists."""
-    manifest = tomllib.loads((ROOT / "blender_manifest.toml").read_text())
-    return [Path(wheel).name for wheel in manifest["wheels"]]
+    return [Path(wheel).name for wheel in manifest()["wheels"]]
 
 
 def sha256(path: Path) -> str:
@@ -49,7 +58,7 @@ def is_genuine(name: str, hashes: dict[str, str]) -> bool:
 
 @dataclass
 class Download:
-    """One call of pip download: the wheels for one version of Python on one operating system."""
+    """One call of pip download: the wheels for one version of Python on one operating system and machine."""
 
     python_tag: str
     system: str
@@ -75,7 +84,8 @@ def downloads(names: list[str]) -> list[Download]:
     plan: dict[tuple[str, str], Download] = {}
     for name in names:
         package, version, python_tag, _, platform_tags = name.removesuffix(".whl").split("-")
-        system = re.split(r"[_\d]", platform_tags)[0]
+        # Without the system's version: win_arm64, macosx_arm64, manylinux_x86_64.
+        system = re.sub(r"_?\d+_\d+(?=_)|2014", "", platform_tags.rpartition(".")[2])
         download = plan.setdefault((python_tag, system), Download(python_tag, system))
         download.platforms |= set(platform_tags.split("."))
         download.requirements.append(f"{package}=={version}")
@@ -99,63 +109,87 @@ def fetch_wheels(environment: Environment, lock: bool = False) -> None:
 
 
 def make_drafts(environment: Environment) -> None:
-    """Make the draft bakes of the presets in drafts/, unless they are there."""
+    """Make the draft bakes of the presets in drafts/, unless they are there.
+
+    The number of threads decides in which order NumPy's BLAS adds, which changes the last bits of a table. So drafts
+    are baked with one thread, and have their own cache."""
     command = [environment.python, "-m", "devtools.make_drafts"]
-    run_step("drafts of the presets", command, ENVIRONMENTS / "logs" / "drafts.log", PYTHONPATH=str(ROOT))
+    one_thread = {"OPENBLAS_NUM_THREADS": "1", "VECLIB_MAXIMUM_THREADS": "1"}
+    places = {"PYTHONPATH": str(ROOT), "NATURAL_GRATINGS_CACHE": str(ENVIRONMENTS / "drafts-cache")}
+    run_step("drafts of the presets", command, ENVIRONMENTS / "logs" / "drafts.log", **places, **one_thread)
 
 
 def extension_tool(environment: Environment, *arguments: str | Path) -> None:
     """Run Blender's own tool for extensions, from the bpy wheel. Raises DevError with its output if it fails."""
-    scripts = environment.bpy_folder / "scripts"
-    tool = scripts / "addons_core" / "bl_pkg" / "cli" / "blender_ext.py"
-    tags = scripts / "modules" / "_bpy_internal" / "extensions" / "tags.py"
-    command = [environment.python, tool, *arguments, "--valid-tags", tags]
+    tool = environment.bpy_folder / "scripts" / "addons_core" / "bl_pkg" / "cli" / "blender_ext.py"
+    command = [environment.python, tool, *arguments]
     answer = subprocess.run(command, capture_output=True, text=True, env=clean_environment())
     if answer.returncode != 0:
         complaint = " | ".join((answer.stdout + answer.stderr).strip().splitlines())
         raise DevError(f"Blender's extension tool, {arguments[0]}: {complaint}")
 
 
+def tags(environment: Environment) -> Path:
+    """The file of the tags that Blender allows in a manifest."""
+    return environment.bpy_folder / "scripts" / "modules" / "_bpy_internal" / "extensions" / "tags.py"
+
+
 def missing_wheels(package: Path) -> list[str]:
     """Wheels that a zip's manifest lists but the zip lacks. Blender's validator does not check this."""
     with zipfile.ZipFile(package) as archive:
-        manifest = tomllib.loads(archive.read("blender_manifest.toml").decode())
+        listed = tomllib.loads(archive.read(MANIFEST).decode())
         held = set(archive.namelist())
-    promised = manifest["build"]["generated"]["wheels"]
+    promised = listed["build"]["generated"]["wheels"]
     return [wheel for wheel in promised if wheel.removeprefix("./") not in held]
 
 
 def validate(package: Path, environment: Environment) -> None:
     """Raise DevError unless a zip is a valid extension with all its wheels."""
-    extension_tool(environment, "validate", package)
+    extension_tool(environment, "validate", package, "--valid-tags", tags(environment))
     if missing := missing_wheels(package):
         raise DevError(f"{package.name}: wheels missing in the zip: {', '.join(missing)}")
 
 
-def make_reproducible(package: Path) -> None:
+def rewrite(package: Path, added: Mapping[str, bytes] = MappingProxyType({})) -> None:
     """Rewrite a zip so that its bytes depend only on its files' names and contents: files are sorted, with a fixed date
-    and mode. Blender's tool takes order and date from the disk, where they differ from one checkout to the next."""
+    and mode. Blender's tool takes order and date from the disk, where they differ from one checkout to the next.
+    `added` are files to add or to replace."""
     with tempfile.TemporaryDirectory(dir=package.parent) as folder:
         plain = Path(folder) / package.name
         with zipfile.ZipFile(package) as given, zipfile.ZipFile(plain, "w") as made:
-            for item in sorted(given.infolist(), key=lambda item: item.filename):
-                entry = zipfile.ZipInfo(item.filename, _DATE)
-                entry.create_system, entry.external_attr, entry.compress_type = _UNIX, _MODE << 16, item.compress_type
-                made.writestr(entry, given.read(item))
+            kept = {item.filename: item for item in given.infolist() if item.filename not in added}
+            for name in sorted({*kept, *added}):
+                entry = zipfile.ZipInfo(name, _DATE)
+                entry.create_system, entry.external_attr = _UNIX, _MODE << 16
+                entry.compress_type = kept[name].compress_type if name in kept else zipfile.ZIP_DEFLATED
+                made.writestr(entry, added[name] if name in added else given.read(kept[name]))
         plain.replace(package)
 
 
-def build(environment: Environment, output: Path, lock: bool = False) -> list[Path]:
-    """Build and validate the zip of each platform, reproducibly. Returns their paths. No partial zip is left in
-    `output`."""
+def texts_of(package: Path, website: str) -> dict[str, bytes]:
+    """Files for a built zip: the licences of its wheels, and its manifest with a website, if one is given."""
+    texts = {NOTICES: notices_of(package).encode()}
+    if website:
+        with zipfile.ZipFile(package) as archive:
+            given = archive.read(MANIFEST).decode()
+        # A string of JSON is one of TOML too. Behind the first table it would belong to that table.
+        fields, table, rest = given.partition("\n[")
+        texts[MANIFEST] = f"{fields}website = {json.dumps(website)}\n{table}{rest}".encode()
+    return texts
+
+
+def build(environment: Environment, output: Path, lock: bool = False, *, website: str = "") -> list[Path]:
+    """Build and validate the zip of each platform, reproducibly. `website` goes into their manifests. Returns their
+    paths. No partial zip is left in `output`."""
     fetch_wheels(environment, lock)
     make_drafts(environment)
     output.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=output, prefix=".build-") as folder:
         say("packages: building ...")
-        extension_tool(environment, "build", "--source-dir", ROOT, "--output-dir", folder, "--split-platforms")
+        sources = ("--source-dir", ROOT, "--output-dir", folder, "--split-platforms", "--valid-tags", tags(environment))
+        extension_tool(environment, "build", *sources)
         packages = sorted(Path(folder).glob("*.zip"))
         for package in packages:
-            make_reproducible(package)
+            rewrite(package, texts_of(package, website))
             validate(package, environment)
         return [Path(shutil.move(package, output / package.name)) for package in packages]

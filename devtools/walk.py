@@ -52,7 +52,7 @@ def first_hour(binary: Path, folder: Path) -> list[Path]:
         say("walk: installing the package ...")
         install = ["--command", "extension", "install-file", "--repo", "user_default", "--enable", package]
         run([binary, *install], variables)
-        run([binary, *stage_arguments(folder)], variables)  # for the picture of a scan
+        run([binary, *stage_arguments(folder)], variables)  # for the scan
         say("walk: pictures of each station ...")
         with display(*SMALL, folder=user) as screen:
             size = [str(number) for number in SMALL]

@@ -24,7 +24,7 @@ from devtools.hands import (
     press_button,
     press_in_view,
     press_key,
-    screen_picture,
+    save_screen,
     show_sidebar,
     view,
 )
@@ -70,7 +70,7 @@ def picture(name: str, text: str) -> None:
     """Save a picture of the screen and a line about it."""
     number = len(_stations) + 1
     file = f"{number:02}_{name}.png"
-    screen_picture(SCREEN).save(FOLDER / file)
+    save_screen(SCREEN, FOLDER / file)
     _stations.append(f"- `{file}`: {text}")
     (FOLDER / "walk.md").write_text("\n".join(_stations) + "\n")
     print(f"[walk] {file}", flush=True)
@@ -129,8 +129,8 @@ def import_dialog() -> Steps:
     yield LONG
     assert file_dialog()[1].spaces.active.params.filename == ""
     picture("import_dialog", "the import dialog begins without a file name")
-    yield from choose_file(FOLDER, "waves.png")
-    picture("no_size", "a picture without its size is refused: the message names the dialog's field, no flag")
+    yield from choose_file(FOLDER, "waves.txt")
+    picture("no_size", "a scan without its size is refused: the message names the dialog's field, no flag")
     assert len(bpy.context.scene.natural_gratings.items) == 1
     yield from dismiss()
 

@@ -2,8 +2,8 @@
 """Writes the file for the walk: `--python walk_stage.py -- FOLDER`, in a Blender in background.
 
 stage.blend has a sun and a row of objects, each a case that artists' files contain. guest.blend holds an object that
-stage.blend links. waves.png is a scan that does not store its size, and
-logo.png the picture of a sticker."""
+stage.blend links. waves.txt is a scan that does not store its size; it is a text, because Blender's Python may lack
+Pillow. logo.png is the picture of a sticker."""
 
 import sys
 from math import radians, sin
@@ -47,10 +47,8 @@ def save(name: str) -> None:
 
 
 bpy.ops.wm.read_homefile(use_empty=True)
-waves = bpy.data.images.new("waves", 64, 64)
-waves.pixels = [value for _ in range(64) for x in range(64) for value in (*[0.5 + 0.5 * sin(0.8 * x)] * 3, 1)]
-waves.filepath_raw, waves.file_format = str(FOLDER / "waves.png"), "PNG"
-waves.save()
+row = " ".join(f"{0.5 + 0.5 * sin(0.8 * x):.4f}" for x in range(64))
+(FOLDER / "waves.txt").write_text(f"{row}\n" * 64)
 logo = bpy.data.images.new("logo", 64, 64)
 logo.pixels = [value for y in range(64) for x in range(64) for value in (x / 64, y / 64, 1 - x / 64, 1)]
 logo.filepath_raw, logo.file_format = str(FOLDER / "logo.png"), "PNG"

@@ -43,24 +43,21 @@ class DirectionPanel(bpy.types.Panel):
 
 
 def _draw_unwrap(layout, context) -> None:
-    from ...precompute.mesh.unwrap import expected_seconds, has_xatlas
+    from ...precompute.base.packages import missing_packages
+    from ...precompute.mesh.unwrap import expected_seconds
 
     if Unwrap.running is not None:
         layout.progress(factor=Unwrap.running.job.progress()[1], text="Unwrapping (Esc cancels)")
         return
     column, settings = layout.column(align=True), context.scene.natural_gratings
     labels = {MINIMUM_STRETCH: "Unwrap by Minimum Stretch"}
-    if has_xatlas():
+    if "xatlas" not in missing_packages():
         labels = {XATLAS: "Unwrap by xatlas"} | labels
     for method, label in labels.items():
         button = column.operator(Unwrap.bl_idname, text=translated(label), icon="UV")
         button.method, button.size = method, settings.map_size
         button.padding, button.density = settings.map_padding, settings.map_density
-    if XATLAS not in labels:
-        draw_note(
-            layout, context, "This Blender's Python has no xatlas. Use Minimum Stretch, which is part of Blender."
-        )
-    elif context.active_object is not None and context.active_object.type == "MESH":
+    if XATLAS in labels and context.active_object is not None and context.active_object.type == "MESH":
         mesh = context.active_object.data
         seconds = expected_seconds(len(mesh.loops) - 2 * len(mesh.polygons))
         layout.label(text=translated("xatlas takes about {time}", time=in_words(seconds)))

@@ -25,6 +25,7 @@ from .facts import SceneFacts, facts_of
 from .folds import fold_of, folds
 from .light_part import draw_light, draw_warnings
 from .look_part import draw_look, draw_stickers
+from .missing_packages import draw_missing
 from .next_step import DONE, LIGHT, LOOK, QUALITY, SURFACE, Next, next_step, state_of
 from .notes import draw_note
 from .preset_pictures import CHOSEN, presets_with_pictures
@@ -98,51 +99,8 @@ class _Drawn(_Panel):
 
     @guarded_draw
     def draw(self, context):
-        from ..gratings.baked_region import noticed_outside
-
-        layout = self.layout
-        gratings = context.scene.natural_gratings
-        if context.scene.get(_SHOW):
-            layout.operator(BackFromShow.bl_idname, icon="LOOP_BACK")
-        facts = facts_of(context)
-        _draw_strays(layout, context, facts.scene)
-        grating = gratings.active()
-        if grating is None:
-            if facts.scene.strays or facts.scene.linked:
-                draw_warnings(layout, context, facts)
-            _draw_start(layout, context)
-            return
-        row = layout.row()
-        row.template_list(GratingList.bl_idname, "", gratings, "items", gratings, "active_index", rows=2)
-        buttons = row.column(align=True)
-        buttons.menu(SampleMenu.bl_idname, text="", icon="ADD")
-        buttons.operator(RemoveGrating.bl_idname, text="", icon="REMOVE")
-        following = next_step(context, grating, facts)
-        _draw_next(layout, context, following)
-        draw_warnings(layout, context, facts)
-        for line in noticed_outside(context.scene):
-            draw_note(layout, context, line, icon="ERROR")
-        quality = next((each.label for each in QUALITIES if each.name == quality_of(grating)), marked("Custom"))
-        lamps = sum(not lamp.hidden for lamp in facts.scene.lamps)
-        parts = (
-            (SURFACE, _period(grating), lambda body: draw_surface(body, context, grating, facts=facts.grating)),
-            (LOOK, facts.grating.objects, lambda body: draw_look(body, context, grating, facts=facts.grating)),
-            (
-                LIGHT,
-                counted("{count} lamp", "{count} lamps", lamps),
-                lambda body: draw_light(body, context, grating, facts=facts),
-            ),
-            (QUALITY, quality, lambda body: draw_quality(body, context, grating)),
-        )
-        for step, text, draw in parts:
-            state = state_of(step, following)
-            header, body = layout.panel_prop(folds(context), fold_of(step, state))
-            title = translated(step)
-            header.label(
-                text=f"{title}: {translated(text)}" if text else title, icon="CHECKMARK" if state == DONE else "NONE"
-            )
-            if body is not None:
-                draw(body)
+        _draw_work(self.layout, context)
+        draw_missing(self.layout, context)
 
 
 class GratingPanel(_Drawn, bpy.types.Panel):
@@ -201,6 +159,54 @@ class ReferencePanel(bpy.types.Panel):
         if missing:
             text = translated(missing)
             draw_note(self.layout, context, text[0].upper() + text[1:], icon="INFO")
+
+
+def _draw_work(layout, context) -> None:
+    """Draw the steps of the work, or what an artist can begin with."""
+    from ..gratings.baked_region import noticed_outside
+
+    gratings = context.scene.natural_gratings
+    if context.scene.get(_SHOW):
+        layout.operator(BackFromShow.bl_idname, icon="LOOP_BACK")
+    facts = facts_of(context)
+    _draw_strays(layout, context, facts.scene)
+    grating = gratings.active()
+    if grating is None:
+        if facts.scene.strays or facts.scene.linked:
+            draw_warnings(layout, context, facts)
+        _draw_start(layout, context)
+        return
+    row = layout.row()
+    row.template_list(GratingList.bl_idname, "", gratings, "items", gratings, "active_index", rows=2)
+    buttons = row.column(align=True)
+    buttons.menu(SampleMenu.bl_idname, text="", icon="ADD")
+    buttons.operator(RemoveGrating.bl_idname, text="", icon="REMOVE")
+    following = next_step(context, grating, facts)
+    _draw_next(layout, context, following)
+    draw_warnings(layout, context, facts)
+    for line in noticed_outside(context.scene):
+        draw_note(layout, context, line, icon="ERROR")
+    quality = next((each.label for each in QUALITIES if each.name == quality_of(grating)), marked("Custom"))
+    lamps = sum(not lamp.hidden for lamp in facts.scene.lamps)
+    parts = (
+        (SURFACE, _period(grating), lambda body: draw_surface(body, context, grating, facts=facts.grating)),
+        (LOOK, facts.grating.objects, lambda body: draw_look(body, context, grating, facts=facts.grating)),
+        (
+            LIGHT,
+            counted("{count} lamp", "{count} lamps", lamps),
+            lambda body: draw_light(body, context, grating, facts=facts),
+        ),
+        (QUALITY, quality, lambda body: draw_quality(body, context, grating)),
+    )
+    for step, text, draw in parts:
+        state = state_of(step, following)
+        header, body = layout.panel_prop(folds(context), fold_of(step, state))
+        title = translated(step)
+        header.label(
+            text=f"{title}: {translated(text)}" if text else title, icon="CHECKMARK" if state == DONE else "NONE"
+        )
+        if body is not None:
+            draw(body)
 
 
 def _draw_start(layout, context) -> None:

@@ -5,14 +5,21 @@
 another platform's zip, or built for a newer system."""
 
 import importlib
+import importlib.util
 import sys
 from types import ModuleType
 
 from .failure import GratingError
 
-# Common names of packages whose import name differs.
-_NAMES = {"PIL": "Pillow"}
-_REMEDY = "install the extension's zip for this platform again"
+# The names under which the bundled packages are imported, and their common names.
+_NAMES = {"OpenEXR": "OpenEXR", "PIL": "Pillow", "xatlas": "xatlas"}
+_REMEDY = "install the extension's zip for this platform, or this package for this Python"
+
+
+def missing_packages() -> list[str]:
+    """The common names of the bundled packages that are missing. Loads none of them, since a panel asks at every
+    redraw."""
+    return [name for package, name in _NAMES.items() if importlib.util.find_spec(package) is None]
 
 
 def bundled(module: str, remedy: str = _REMEDY) -> ModuleType:

@@ -4,7 +4,6 @@
 xatlas can crash. A million faces can take it hours, without progress reports or a reaction to signals. So it runs in a
 child process (xatlas_worker.py), which ends with this process or at a deadline."""
 
-import importlib.util
 import os
 import sys
 import time
@@ -17,6 +16,7 @@ from ..base.child_process import PYTHON_FLAGS, ChildProcess, lines_of
 from ..base.failure import GratingError
 from ..base.failure_line import failure_in
 from ..base.files import write_whole
+from ..base.packages import missing_packages
 from ..base.progress import Progress, silent
 from .arrays import FARTHEST_M, read_arrays
 
@@ -85,11 +85,6 @@ class Unwrapped:
     filled: float
 
 
-def has_xatlas() -> bool:
-    """Whether xatlas is installed, without loading it, since a panel asks at every redraw."""
-    return importlib.util.find_spec("xatlas") is not None
-
-
 def expected_seconds(triangles: int) -> float:
     """Estimate the time of xatlas for a number of triangles."""
     return 0.5 + _SECONDS_PER_TRIANGLE * triangles**_GROWTH
@@ -104,7 +99,7 @@ def unwrap(mesh: Mesh, packing: Packing, *, progress: Progress = silent) -> Unwr
     """Unwrap a mesh. Progress is the share of the expected time that has passed.
 
     Raises GratingError if xatlas is missing or crashes, or if the map is too small for the density."""
-    if not has_xatlas():
+    if "xatlas" in missing_packages():
         version = ".".join(map(str, sys.version_info[:2]))
         raise GratingError("xatlas", f"there is none for Python {version}", BY_BLENDER)
     worker = _started(mesh, packing)

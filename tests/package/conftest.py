@@ -2,13 +2,15 @@
 """The packages built by `./dev build`, and every available Blender with its own user folder."""
 
 import os
+import shutil
 import subprocess
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
 
-from devtools import environments, packages
+from devtools import ROOT, environments, packages
 from devtools.blender import SHIM, find_binary
 from devtools.steps import clean_environment
 
@@ -19,6 +21,18 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     folder = tmp_path_factory.mktemp("packages")
     paths = packages.build(environments.require(environments.PY311), folder)
     return {path.stem.rpartition("-")[2]: path for path in paths}
+
+
+def copy_checkout(folder: Path) -> Path:
+    """Copy the files that git does not ignore into a folder, with the wheels and the drafts of the fixture `built`."""
+    command = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
+    listed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    for name in filter(None, listed.split("\0")):
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / name, folder / name)
+    for name in ("wheels", "drafts"):
+        shutil.copytree(ROOT / name, folder / name)
+    return folder
 
 
 @dataclass(frozen=True)
@@ -72,3 +86,17 @@ COMMANDS = {
 def empty_blender(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Blender:
     """Each available Blender, with an empty user folder."""
     return Blender(COMMANDS[request.param](), tmp_path_factory.mktemp("user"))
+
+
+@pytest.fixture
+def without_packages(tmp_path: Path) -> Callable[..., Blender]:
+    """A function: a Blender whose Python has none of the packages with these import names. Of a bpy wheel it hides
+    those of its environment; a binary ignores PYTHONPATH, and has only what the extension brings."""
+
+    def hide(blender: Blender, *packages: str) -> Blender:
+        (tmp_path / "hidden").mkdir()
+        hidden = f"import sys\nsys.modules.update(dict.fromkeys({packages!r}))\n"
+        (tmp_path / "hidden" / "sitecustomize.py").write_text(hidden)
+        return replace(blender, command=("env", f"PYTHONPATH={tmp_path / 'hidden'}", *blender.command))
+
+    return hide

@@ -14,7 +14,7 @@ import bpy
 
 sys.path.append(str(Path(__file__).resolve().parents[2]))
 
-from devtools.hands import LONG, play, press_button, press_in_view, screen_picture, show_sidebar, view, window
+from devtools.hands import LONG, play, press_button, press_in_view, save_screen, show_sidebar, view, window
 
 SCAN, SCREEN, PICTURE = (Path(each) for each in sys.argv[sys.argv.index("--") + 1 :])
 ADDON = "bl_ext.user_default.natural_gratings.addon"
@@ -69,7 +69,7 @@ def story():
         bpy.ops.grating.add_step("EXEC_DEFAULT", True, kind="dust")
     levelled = yield from previewed()
     assert any("dust:5" in line for line in levelled.told), levelled.told
-    screen_picture(SCREEN).save(PICTURE)
+    save_screen(SCREEN, PICTURE)
     active().delta_e = 6
     bpy.ops.ed.undo_push(message="colour error")
     yield from press_button("bpy.ops.grating.bake")

@@ -52,19 +52,23 @@ def test_command_with_a_file_open_has_no_window(empty_blender, tmp_path):
     assert empty_blender.start("--background", file, "--python-expr", register, "--command", "tell").returncode == 41
 
 
-def test_downloads_are_one_for_each_python_and_system():
+def test_downloads_are_one_for_each_python_system_and_machine():
     plan = downloads(
         [
             "gwyfile-0.3.0-py3-none-any.whl",
             "xatlas-0.0.11-cp311-cp311-manylinux_2_17_x86_64.manylinux2014_x86_64.whl",
             "openexr-3.5.3-cp311-cp311-manylinux_2_28_x86_64.whl",
             "openexr-3.5.3-cp311-cp311-win_amd64.whl",
+            "openexr-3.5.3-cp311-cp311-win_arm64.whl",
+            "openexr-3.5.3-cp311-cp311-macosx_11_0_arm64.whl",
         ]
     )
     assert [(one.python_tag, one.system, len(one.requirements)) for one in plan] == [
         ("py3", "any", 1),
-        ("cp311", "manylinux", 2),
-        ("cp311", "win", 1),
+        ("cp311", "manylinux_x86_64", 2),
+        ("cp311", "win_amd64", 1),
+        ("cp311", "win_arm64", 1),
+        ("cp311", "macosx_arm64", 1),
     ]
     assert plan[1].platforms == {"manylinux_2_17_x86_64", "manylinux2014_x86_64", "manylinux_2_28_x86_64"}
 

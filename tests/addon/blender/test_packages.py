@@ -4,16 +4,18 @@ fail in one line and leave nothing behind. tests/precompute/base/test_packages.p
 
 import os
 import sys
+from types import SimpleNamespace
 
 import bpy
 import pytest
 
 from tests.addon.conftest import reports
+from tests.addon.layout import Layout, context_of
 
 MISSING, BROKEN = "missing", "broken"
 STATES = (MISSING, BROKEN)
 FAULTS = {MISSING: r"there is none for Python 3\.\d+", BROKEN: r"cannot be loaded \(ImportError: GLIBC.*\)"}
-REMEDY = "install the extension's zip for this platform again"
+REMEDY = "install the extension's zip for this platform, or this package for this Python"
 
 
 @pytest.fixture
@@ -100,3 +102,25 @@ def test_an_unwrap_without_xatlas_is_one_line_and_blender_s_own_works(scene, spo
     assert [layer.name for layer in bpy.context.object.data.uv_layers] == before
     told = reports(lambda: bpy.ops.grating.unwrap(method="MINIMUM_STRETCH"), capfd)
     assert "Plane: unwrapped into Unwrapped" in told
+
+
+@pytest.mark.parametrize("packages", [(), ("PIL",), ("OpenEXR", "PIL", "xatlas")])
+def test_the_panel_says_once_what_is_missing(scene, addon, spoil, packages):
+    spoil(MISSING, *packages)
+    layout = Layout(folded=False)
+    addon.panel.GratingPanel.draw(SimpleNamespace(layout=layout), context_of())
+    named = [
+        name for name in layout.noted("INFO").split("Remedy")[0].split() if name in ("OpenEXR", "Pillow", "xatlas")
+    ]
+    assert named == [{"PIL": "Pillow"}.get(package, package) for package in packages]
+
+
+def test_the_console_says_once_what_is_missing(addon, spoil, capsys):
+    addon.missing_packages.print_missing()
+    assert capsys.readouterr().err == ""
+    spoil(MISSING, "PIL")
+    addon.missing_packages.print_missing()
+    told = capsys.readouterr().err
+    assert told.count("\n") == 1
+    assert told.startswith("Natural Gratings: Missing packages: Pillow (to read PNG, TIFF and BMP scans). ")
+    assert told.endswith(f". Install them for this Blender's Python {sys.version_info[0]}.{sys.version_info[1]}.\n")

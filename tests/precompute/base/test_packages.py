@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from precompute.base.failure import GratingError
-from precompute.base.packages import bundled
+from precompute.base.packages import bundled, missing_packages
 from precompute.cli.parser import main
 from precompute.mesh.unwrap import Mesh, write_mesh
 
@@ -72,6 +72,13 @@ def test_a_package_that_cannot_be_loaded_is_one_line(spoil, package, state):
     fault = "there is none for Python 3" if state == "missing" else rf"cannot be loaded \({state}: .*\)"
     with pytest.raises(GratingError, match=rf"^{package}: {fault}.*; install the extension's zip for this platform"):
         bundled(PACKAGES[package])
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_a_missing_package_is_listed(spoil, package):
+    assert missing_packages() == []
+    spoil(PACKAGES[package], "missing")
+    assert missing_packages() == [package]
 
 
 @pytest.mark.parametrize("state", ["missing", "ImportError"])

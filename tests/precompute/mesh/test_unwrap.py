@@ -180,7 +180,7 @@ def test_the_verb_writes_a_map_and_its_facts(tmp_path, capsys):
 
 
 def test_without_xatlas_the_remedy_is_told(monkeypatch):
-    monkeypatch.setattr(module, "has_xatlas", lambda: False)
+    monkeypatch.setattr(module, "missing_packages", lambda: ["xatlas"])
     with pytest.raises(
         GratingError, match="xatlas: there is none for Python 3.*; choose Blender's own Minimum Stretch"
     ):

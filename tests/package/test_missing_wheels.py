@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The installed extension without one of its packages: it is enabled, its panels draw, and it says once what is
+missing.
+
+Blender itself refuses a zip that has no wheel at all for its Python. Linux's zip has OpenEXR alone for Python 3.14, so
+there the other packages are always missing."""
+
+import re
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).parent
+MODULE = "bl_ext.user_default.natural_gratings"
+# Common name of each package, by its import name.
+PACKAGES = {"OpenEXR": "OpenEXR", "PIL": "Pillow", "xatlas": "xatlas"}
+SAID = re.compile(r"^Natural Gratings: Missing packages: .*$", re.MULTILINE)
+
+
+def remove_package(user_folder: Path, module: str) -> None:
+    """Remove a package's files from the folder into which Blender has unpacked the extension's wheels."""
+    for folder in (user_folder / "extensions" / ".local").glob("lib/python*/site-packages"):
+        for path in folder.glob(f"{module}*"):
+            if path.suffix == ".dist-info":
+                continue
+            shutil.rmtree(path) if path.is_dir() else path.unlink()
+
+
+@pytest.fixture(scope="module")
+def installed(empty_blender, built):
+    """A Blender with the extension installed from its zip."""
+    empty_blender.run_script(HERE / "install.py", built["linux_x64"])
+    return empty_blender
+
+
+@pytest.mark.parametrize("module", PACKAGES)
+def test_the_extension_without_a_package_is_enabled_and_says_so_once(installed, without_packages, tmp_path, module):
+    shutil.copytree(installed.user_folder, tmp_path / "user", symlinks=True)
+    remove_package(tmp_path / "user", module)
+    blender = without_packages(replace(installed, user_folder=tmp_path / "user"), module)
+    answer = blender.start("--background", "--command", "grating", "--help")
+    assert answer.returncode == 0
+    (said,) = SAID.findall(answer.stderr)
+    assert f"{PACKAGES[module]} (" in said
+    blender.run_script(HERE / "draw_panels.py", MODULE, PACKAGES[module])
