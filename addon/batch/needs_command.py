@@ -10,6 +10,8 @@ import bpy
 
 from ...precompute.base.failure import GratingError, printable
 from ...precompute.base.files import write_whole
+from ...precompute.cli.arguments import add_json, add_progress
+from ...precompute.cli.bake_verb import progress_of
 from ...precompute.cli.option_types import count, name_argument, path_argument
 from ...precompute.cli.printing import emit
 from ..gratings.grating import Grating, active_grating
@@ -38,7 +40,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="bake only that, switch the grating to it, and save the file, unless it saves less than a tenth of memory",
     )
-    parser.add_argument("--json", type=name_argument, metavar="FILE|-", help="write the result as JSON")
+    add_json(parser)
+    add_progress(parser)
     add_save(parser)
     parser.set_defaults(output_is_file=True)
 
@@ -52,7 +55,8 @@ def run(arguments: argparse.Namespace) -> None:
     if last < first:
         raise GratingError(f"--frames {first} {last}", "the last comes before the first", "give them in their order")
     grating = _grating(scene, arguments.grating)
-    measured = measure_needs(scene, grating, (first, last) if arguments.frames else None)
+    progress = progress_of(arguments)
+    measured = measure_needs(scene, grating, (first, last) if arguments.frames else None, progress=progress)
     facts: dict[str, Any] = {"needs": measured.as_dict(), "report": measured.lines}
     lines = measured.lines
     if arguments.output is not None:
@@ -61,7 +65,7 @@ def run(arguments: argparse.Namespace) -> None:
     told: GratingError | str | None = measured.pointless
     if arguments.bake and not told:
         request = request_with(grating, measured.needs)
-        facts["bake"] = finished_bake(grating, request=request)
+        facts["bake"] = finished_bake(grating, request=request, progress=progress)
         told = no_smaller(grating, facts["bake"])
         if not told:
             record_bake(grating, facts["bake"], request, taken_over=True)
