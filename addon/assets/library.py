@@ -9,6 +9,7 @@ import bpy
 
 from ...precompute.base.failure import GratingError
 from ...precompute.base.files import told_of
+from ...precompute.base.progress import Progress, silent
 from ...precompute.presets.presets import preset_names
 from ..blender.compat import append_from
 from ..gratings.cache_folder import EXTENSION, cache_folder
@@ -29,11 +30,11 @@ def library_folder(directory: str = "") -> Path:
     return cache_folder() / "assets"
 
 
-def make_and_wait(folder: Path, presets: Sequence[str] = ()) -> list[Path]:
+def make_and_wait(folder: Path, presets: Sequence[str] = (), *, progress: Progress = silent) -> list[Path]:
     """Write the assets of all presets, or of those named, into a folder. Returns their files. Raises GratingError as
     LibraryJob does."""
     job = LibraryJob(folder, presets)
-    job.wait()
+    job.wait(progress)
     return job.result()
 
 

@@ -3,8 +3,9 @@
 
 import argparse
 
-from ...precompute.cli.option_types import name_argument, path_argument
-from ...precompute.cli.printing import emit
+from ...precompute.cli.arguments import add_json, add_progress
+from ...precompute.cli.option_types import path_argument
+from ...precompute.cli.printing import Progress, emit
 from ...precompute.presets.presets import preset_names
 from ..assets.library import make_and_wait, summary_of
 
@@ -17,12 +18,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--preset", action="append", choices=preset_names(), metavar="NAME", help="only this preset; repeatable"
     )
-    parser.add_argument("--json", type=name_argument, metavar="FILE|-", help="write the result as JSON")
+    add_json(parser)
+    add_progress(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
     """The `assets` verb. The open file and Blender's preferences stay as they are."""
     folder = arguments.output.resolve()
-    files = make_and_wait(folder, arguments.preset or ())
+    files = make_and_wait(folder, arguments.preset or (), progress=Progress(arguments.progress))
     facts = {"files": [str(file) for file in files], "bytes": sum(file.stat().st_size for file in files)}
     emit(facts, arguments.json, lambda: [f"{folder}: {summary_of(files)}; add it in Preferences > File Paths"])

@@ -7,7 +7,9 @@ from collections.abc import Iterable
 import bpy
 
 from ...precompute.base.failure import printable
+from ...precompute.cli.arguments import add_progress
 from ...precompute.cli.option_types import name_argument
+from ...precompute.cli.printing import Progress
 from ..gratings.lights_choice import LIGHTS
 from ..materials.holograms.hologram_nodes import input_set_by_artist
 from ..materials.material import diffraction_nodes
@@ -46,6 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME=VALUE",
         help=f"set an input of the material, angles in degrees (repeatable): {', '.join(SETTABLE)}",
     )
+    add_progress(parser)
     add_save(parser)
 
 
@@ -65,7 +68,7 @@ def run(arguments: argparse.Namespace) -> None:
     report = put(bpy.context.scene, chosen)
     set_inputs(chosen, gratings.items[index].group, values)
     if arguments.fit_frames:
-        report.append(fit_frames(bpy.context.scene))
+        report.append(fit_frames(bpy.context.scene, progress=Progress(arguments.progress)))
     report += warnings_about(bpy.context.scene, bpy.context.evaluated_depsgraph_get())
     save(arguments.save)
     print("\n".join(map(printable, report)))

@@ -8,7 +8,7 @@ from pathlib import Path
 import bpy
 
 from ...precompute.cli.arguments import add_bake_options, add_input
-from ...precompute.cli.bake_verb import add_preset_option, bake_summary, request_of
+from ...precompute.cli.bake_verb import add_preset_option, bake_summary, progress_of, request_of
 from ...precompute.cli.option_types import path_argument
 from ...precompute.cli.printing import emit
 from ..workflow.adding_presets import add_preset
@@ -43,7 +43,7 @@ def run(arguments: argparse.Namespace) -> None:
         grating = add_preset(bpy.context.scene, arguments.preset)
     grating.take_request(request)
     directory = str(arguments.output.resolve()) if arguments.output else ""
-    facts = bake_and_wait(grating, directory, use_cache=not arguments.no_cache)
+    facts = bake_and_wait(grating, directory, use_cache=not arguments.no_cache, progress=progress_of(arguments))
     if bpy.data.filepath or arguments.save:
         save(arguments.save)
     emit(facts, arguments.json, lambda: bake_summary(facts, request.illuminant))

@@ -6,6 +6,8 @@ import argparse
 import bpy
 
 from ...precompute.base.failure import printable
+from ...precompute.cli.arguments import add_progress
+from ...precompute.cli.comb_verb import progress_of
 from ...precompute.cli.option_types import name_argument
 from ..gratings.direction_source import COMB_SOURCES
 from ..workflow.combing import comb_and_wait
@@ -27,6 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="what the direction follows; default tail: along the body, found from its shape",
     )  # fmt: skip
     parser.add_argument("--axis", choices=_AXES, default="x", help="axis of the object, for --source axis; default x")
+    add_progress(parser)
     add_save(parser)
 
 
@@ -34,6 +37,6 @@ def run(arguments: argparse.Namespace) -> None:
     """The `comb` verb."""
     chosen = chosen_objects(arguments.object)
     source = arguments.axis if arguments.source == "axis" else arguments.source
-    report = comb_and_wait(bpy.context.scene, chosen, source.upper())
+    report = comb_and_wait(bpy.context.scene, chosen, source.upper(), progress=progress_of(arguments))
     save(arguments.save)
     print("\n".join(map(printable, report)))

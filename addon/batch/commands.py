@@ -20,6 +20,8 @@ VERBS = {
     "hologram": ("hologram_command", "give the gratings on meshes a hologram's pattern and save the file"),
     "sticker": ("sticker_command", "stick a piece of foil with a grating on a mesh and save the file"),
     "light-rig": ("light_rig_command", "add lamps that bring out a grating's colours and save the file"),
+    "lights": ("lights_command", "choose the lights that gratings respond to, and save the file"),
+    "direction": ("direction_command", "choose what the direction of gratings follows, and save the file"),
     "needs": ("needs_command", "measure which part of a bake the scene needs, bake only that, and save the file"),
     "comb": ("comb_command", "store a smooth direction on meshes and save the file"),
     "unwrap": ("unwrap_command", "give meshes a UV map without overlaps and save the file"),

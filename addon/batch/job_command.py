@@ -17,7 +17,8 @@ import bpy
 from ...precompute.base.failure import GratingError, printable
 from ...precompute.base.files import told_of
 from ...precompute.base.locks import try_lock
-from ...precompute.cli import job_verb
+from ...precompute.base.progress import Progress
+from ...precompute.cli import job_verb, printing
 from ...precompute.cli.option_types import count, name_argument
 from ...precompute.render_job.job_file import Job
 from ...precompute.render_job.job_log import Log
@@ -70,7 +71,7 @@ def _run(job: Job, names: list[str], arguments: argparse.Namespace) -> int:
                 print(job_verb.write_contact_sheet(job))
             elif step == "bake" or job.needs:
                 for name in names:
-                    (make_scene if step == "bake" else measure)(job, name, _print)
+                    (make_scene if step == "bake" else measure)(job, name, _progress_of(name))
                     log("made", what=name, step=step)
         log("ended", failed=failed)
     return worker.FAILED if failed else 0
@@ -113,6 +114,12 @@ def _tell_of_all(tell: worker.Tell, line: str, done: int, _: int, *, before: int
 def _part(arguments: argparse.Namespace, pictures: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """The pictures of the task, or all."""
     return pictures if arguments.task is None else worker.part_of(pictures, arguments.task, arguments.per_task)
+
+
+def _progress_of(name: str) -> Progress:
+    """Progress on one of the job's gratings, in lines of text."""
+    tell = printing.Progress("text")
+    return lambda stage, fraction: tell(f"{name}: {stage}", fraction)
 
 
 def _print(line: str) -> None:

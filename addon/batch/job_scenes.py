@@ -5,8 +5,9 @@ extension, each beside the plan of its pictures."""
 import hashlib
 import json
 import secrets
+import sys
 import tomllib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
@@ -15,8 +16,9 @@ from typing import Any
 import bpy
 
 from ...precompute.bake.needs import EVERYTHING, Needs, needs_of
-from ...precompute.base.failure import GratingError
+from ...precompute.base.failure import GratingError, printable
 from ...precompute.base.files import told_of
+from ...precompute.base.progress import Progress
 from ...precompute.base.strict_json import read_json
 from ...precompute.render_job.job_file import Job, Surface, as_record
 from ...precompute.render_job.pictures import (
@@ -58,7 +60,7 @@ def plan_path(job: Job, name: str) -> Path:
     return job.output / SCENES / f"{name}.json"
 
 
-def make_scene(job: Job, name: str, tell: Callable[[str], None]) -> Path:
+def make_scene(job: Job, name: str, progress: Progress) -> Path:
     """Make one of a job's scenes and its plan, unless they are there and what they depend on is the same. Returns the
     plan's path. Raises GratingError if the scene cannot be made; a former one stays then."""
     path = plan_path(job, name)
@@ -66,12 +68,11 @@ def make_scene(job: Job, name: str, tell: Callable[[str], None]) -> Path:
     pictures = pictures_of(job, name)
     recipe = hash_of(_recipe(job, surface, pictures))
     if recipe_of_plan(path) != recipe:
-        tell(f"{name}: making its scene")
         with told_of(path):
             path.parent.mkdir(parents=True, exist_ok=True)
         _open(job, surface)
         if surface is not None:
-            _put_on(job, surface, pictures)
+            _put_on(job, surface, pictures, progress)
         _check(pictures, name)
         _save(path.with_suffix(".blend"))
     request = None if surface is None else surface.request.as_dict()
@@ -80,17 +81,15 @@ def make_scene(job: Job, name: str, tell: Callable[[str], None]) -> Path:
     return path
 
 
-def measure(job: Job, name: str, tell: Callable[[str], None]) -> Path:
+def measure(job: Job, name: str, progress: Progress) -> Path:
     """Measure what the pictures of one of a job's scenes need of its bake. Writes them into the folder `needs`, unless
     they are there and what they depend on is the same. Returns the file's path. Raises GratingError as make_scene."""
     surface = next(each for each in job.surfaces if each.name == name)
     path, pictures = job.output / NEEDS / f"{name}.json", pictures_of(job, name)
     recipe = hash_of(_recipe(job, surface, pictures))
     if _measured(path, recipe) is None:
-        tell(f"{name}: measuring what its pictures need")
         _open(job, surface)
-        grating, _ = _put(job, surface, EVERYTHING)
-        needs = _needs(pictures, grating)
+        needs = _needs(pictures, _put(job, surface, EVERYTHING, progress), progress)
         with told_of(path):
             path.parent.mkdir(parents=True, exist_ok=True)
         write_record(path, {"recipe": recipe, "needs": needs.as_dict()})
@@ -147,19 +146,19 @@ def _open(job: Job, surface: Surface | None) -> None:
     bpy.context.window.scene = shown
 
 
-def _put_on(job: Job, surface: Surface, pictures: Sequence[Picture]) -> None:
+def _put_on(job: Job, surface: Surface, pictures: Sequence[Picture], progress: Progress) -> None:
     """Put a surface on its meshes, baked whole or for what the pictures show."""
     if not job.needs:
-        _put(job, surface, EVERYTHING)
+        _put(job, surface, EVERYTHING, progress)
         return
-    path = measure(job, surface.name, lambda line: None)
+    path = measure(job, surface.name, progress)
     needs = needs_of(read_json(path, "run the job again")["needs"], str(path))
     _open(job, surface)
-    _put(job, surface, needs)
+    _put(job, surface, needs, progress)
 
 
-def _put(job: Job, surface: Surface, needs: Needs) -> tuple[Grating, list[str]]:
-    """Bake a surface for some needs and put it on its meshes. Returns its grating and lines to report."""
+def _put(job: Job, surface: Surface, needs: Needs, progress: Progress) -> Grating:
+    """Bake a surface for some needs and put it on its meshes. Returns its grating."""
     scene = bpy.context.scene
     if job.scene is None:
         grating = active_grating(scene)
@@ -170,25 +169,25 @@ def _put(job: Job, surface: Surface, needs: Needs) -> tuple[Grating, list[str]]:
     grating.take_request(replace(surface.request, needs=needs))
     if surface.lights is not None:
         grating.lights = surface.lights.upper()
-    bake_and_wait(grating)
+    bake_and_wait(grating, progress=progress)
     refresh_group(grating)
-    lines: list[str] = []
     if job.scene is not None:
         chosen = chosen_objects(list(surface.objects))
-        lines = (add_to_meshes if surface.over else assign_to_meshes)(scene, chosen)
+        for line in (add_to_meshes if surface.over else assign_to_meshes)(scene, chosen):
+            print(printable(line), file=sys.stderr)
     values = dict(setting(f"{name}={value}", SETTABLE) for name, value in surface.inputs)
     carriers = [thing for thing in scene.objects if thing.type == "MESH"]
     set_inputs(carriers, grating.group, values)
-    return grating, lines
+    return grating
 
 
-def _needs(pictures: Sequence[Picture], grating: Grating) -> Needs:
+def _needs(pictures: Sequence[Picture], grating: Grating, progress: Progress) -> Needs:
     """What all pictures need of a grating's bake."""
     base = Base.now()
     records = {json.dumps(asdict(replace(one, name="", engine=None, seed=None))): one for one in pictures}
     views = [partial(_look, asdict(picture), base) for picture in records.values()]
     views[0]()
-    return measure_needs(bpy.context.scene, grating, views=views).needs
+    return measure_needs(bpy.context.scene, grating, views=views, progress=progress).needs
 
 
 def _look(picture: dict[str, Any], base: Base) -> None:

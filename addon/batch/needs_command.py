@@ -10,12 +10,14 @@ import bpy
 
 from ...precompute.base.failure import GratingError, printable
 from ...precompute.base.files import write_whole
-from ...precompute.cli.option_types import count, name_argument, path_argument
+from ...precompute.cli.arguments import add_json, add_progress
+from ...precompute.cli.bake_verb import progress_of
+from ...precompute.cli.option_types import count, path_argument
 from ...precompute.cli.printing import emit
-from ..gratings.grating import Grating, active_grating
 from ..gratings.wording import in_one_line
 from ..workflow.baking import finished_bake, record_bake
 from ..workflow.measuring_needs import measure_needs, no_smaller, request_with
+from .gratings import add_grating, chosen_grating
 from .save import add_save, save
 
 _FRAME = count(-(1 << 20), 1 << 20)
@@ -26,9 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--output", type=path_argument, metavar="NEEDS.json", help="write the needs here, for `bake --needs`"
     )
-    parser.add_argument(
-        "--grating", type=name_argument, metavar="NAME", help="grating of the scene; default: the active one"
-    )
+    add_grating(parser)
     parser.add_argument(
         "--frames", nargs=2, type=_FRAME, metavar=("FIRST", "LAST"),
         help="measure this range; default: the scene's range if something moves, else the present frame",
@@ -38,7 +38,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="bake only that, switch the grating to it, and save the file, unless it saves less than a tenth of memory",
     )
-    parser.add_argument("--json", type=name_argument, metavar="FILE|-", help="write the result as JSON")
+    add_json(parser)
+    add_progress(parser)
     add_save(parser)
     parser.set_defaults(output_is_file=True)
 
@@ -51,8 +52,9 @@ def run(arguments: argparse.Namespace) -> None:
     first, last = arguments.frames or (0, 0)
     if last < first:
         raise GratingError(f"--frames {first} {last}", "the last comes before the first", "give them in their order")
-    grating = _grating(scene, arguments.grating)
-    measured = measure_needs(scene, grating, (first, last) if arguments.frames else None)
+    grating = chosen_grating(scene, arguments.grating)
+    progress = progress_of(arguments)
+    measured = measure_needs(scene, grating, (first, last) if arguments.frames else None, progress=progress)
     facts: dict[str, Any] = {"needs": measured.as_dict(), "report": measured.lines}
     lines = measured.lines
     if arguments.output is not None:
@@ -61,7 +63,7 @@ def run(arguments: argparse.Namespace) -> None:
     told: GratingError | str | None = measured.pointless
     if arguments.bake and not told:
         request = request_with(grating, measured.needs)
-        facts["bake"] = finished_bake(grating, request=request)
+        facts["bake"] = finished_bake(grating, request=request, progress=progress)
         told = no_smaller(grating, facts["bake"])
         if not told:
             record_bake(grating, facts["bake"], request, taken_over=True)
@@ -73,14 +75,3 @@ def run(arguments: argparse.Namespace) -> None:
         if arguments.save is not None:
             save(arguments.save)
     emit(facts, arguments.json, lambda: map(printable, lines))
-
-
-def _grating(scene: bpy.types.Scene, name: str | None) -> Grating:
-    items = scene.natural_gratings.items
-    if name is None:
-        return active_grating(scene)
-    if [each.name for each in items].count(name) > 1:
-        raise GratingError(f"--grating {name}", "several gratings have this name", "rename all but one")
-    if name not in items:
-        raise GratingError(f"--grating {name}", "no such grating", f"there are {', '.join(items.keys()) or 'none'}")
-    return items[name]

@@ -9,14 +9,14 @@ from ...precompute.base.failure import GratingError
 from ...precompute.cli.option_types import name_argument
 
 
-def add_objects(parser: argparse.ArgumentParser) -> None:
-    """Add the option that names objects."""
+def add_objects(parser: argparse.ArgumentParser, default: str = "the selected meshes") -> None:
+    """Add the option that names objects. `default` is what the verb takes without it, for the help."""
     parser.add_argument(
         "--object",
         action="append",
         type=name_argument,
         metavar="NAME",
-        help="a mesh (repeatable); default: the selected meshes",
+        help=f"a mesh (repeatable); default: {default}",
     )
 
 

@@ -6,8 +6,8 @@ import argparse
 import bpy
 
 from ...precompute.base.failure import printable
-from ...precompute.cli.arguments import add_json
-from ...precompute.cli.printing import emit
+from ...precompute.cli.arguments import add_json, add_progress
+from ...precompute.cli.printing import Progress, emit
 from ...precompute.cli.unwrap_verb import add_packing
 from ...precompute.mesh.unwrap import Packing
 from ..workflow.unwrapping import unwrap_and_wait, unwrap_by_blender
@@ -24,17 +24,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     add_packing(parser)
     add_json(parser)
+    add_progress(parser)
     add_save(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:
     """The `unwrap` verb. It saves only if all meshes are unwrapped."""
     packing = Packing(arguments.size, arguments.padding, arguments.density)
-    lines = []
+    lines, progress = [], Progress(arguments.progress)
     meshes = {mesh.data: mesh for mesh in chosen_meshes(arguments.object)}  # linked duplicates share a mesh
     for mesh in meshes.values():
         if arguments.method == "xatlas":
-            lines += unwrap_and_wait(mesh, packing)
+            lines += unwrap_and_wait(mesh, packing, progress=progress)
         else:
             lines += unwrap_by_blender(bpy.context, mesh, packing)
     save(arguments.save)

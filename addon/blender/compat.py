@@ -37,12 +37,13 @@ def enable_nodes(material: bpy.types.Material | bpy.types.World | bpy.types.Ligh
 
 
 def lamp_nodes(lamp: bpy.types.Light) -> bpy.types.NodeTree | None:
-    """A lamp's node tree if its nodes are enabled, else None. Blender 5.0 and later warn if use_nodes is read."""
+    """A lamp's node tree if its nodes are enabled, else None. Blender 5 warns if use_nodes is read, and Blender 6.0
+    removes it."""
     return lamp.node_tree if bpy.app.version >= (5, 0, 0) or lamp.use_nodes else None
 
 
 def world_nodes(world: bpy.types.World) -> bpy.types.NodeTree | None:
-    """A world's node tree if its nodes are enabled, else None. Blender 5.0 and later warn if use_nodes is read."""
+    """A world's node tree if its nodes are enabled, else None, as in lamp_nodes."""
     return world.node_tree if bpy.app.version >= (5, 0, 0) or world.use_nodes else None
 
 

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Precompute jobs in a separate process: Blender's interface stays responsive, and ending the process cancels a job."""
 
+import contextlib
 import importlib.util
 import json
 import os
 import shutil
+import subprocess
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -15,10 +17,13 @@ from ...precompute.bake.cache import FOLDER_VARIABLE
 from ...precompute.base.child_process import PYTHON_FLAGS, ChildProcess, inherited_environment, lines_of
 from ...precompute.base.failure import GratingError
 from ...precompute.base.failure_line import failure_in
+from ...precompute.base.progress import Progress, silent
 from ...precompute.base.strict_json import read_json
 from ..gratings.cache_folder import cache_folder
 
 ROOT = Path(__file__).resolve().parents[2]
+# The time between two looks at a process's reports. A batch's log needs no shorter one.
+_POLL_SECONDS = 0.2
 
 
 @dataclass(frozen=True)
@@ -37,11 +42,30 @@ class ReportingProcess(ChildProcess):
 
     def progress(self) -> tuple[str, float]:
         """The last reported stage, and its completed fraction."""
-        for line in reversed(lines_of(self.err_path)):
-            if line.startswith('{"stage"') and line.endswith("}"):
-                report = json.loads(line)
-                return report["stage"], report["fraction"]
-        return "starting", 0.0
+        return next(reversed(self._reports()), ("starting", 0.0))
+
+    def wait(self, progress: Progress = silent) -> None:
+        """Wait until the process ends, and pass all its reports to `progress`. An interrupt (Ctrl-C) cancels the
+        process."""
+        passed = 0
+        try:
+            running = True
+            while running:
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    self._process.wait(_POLL_SECONDS)
+                running = self.running
+                reports = self._reports()
+                for report in reports[passed:]:
+                    progress(*report)
+                passed = len(reports)
+        except BaseException:
+            self.cancel()
+            raise
+
+    def _reports(self) -> list[tuple[str, float]]:
+        """All reports so far: stages, and their completed fractions."""
+        lines = [line for line in lines_of(self.err_path) if line.startswith('{"stage"') and line.endswith("}")]
+        return [(report["stage"], report["fraction"]) for report in map(json.loads, lines)]
 
 
 class Job(ReportingProcess):

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...precompute.base.failure import GratingError
+from ...precompute.base.progress import Progress, silent
 from ...precompute.colour.working_space import lamp_line
 from ...precompute.surface.height_map import is_synthetic
 from ...precompute.surface.steps.pipeline import WARNING
@@ -63,21 +64,23 @@ def deadline_of(sources: Sequence[str], done: str) -> Deadline:
 
 
 def finished_bake(
-    grating: Grating, directory: str = "", *, use_cache: bool = True, request: BakeRequest | None = None
-) -> dict[str, Any]:
+    grating: Grating, directory: str = "", *, use_cache: bool = True, request: BakeRequest | None = None,
+    progress: Progress = silent,
+) -> dict[str, Any]:  # fmt: skip
     """Start a grating's bake, wait for it, and return the facts of the run. Raises GratingError if it fails."""
     job = start_bake(grating, directory, use_cache=use_cache, request=request)
-    job.wait()
+    job.wait(progress)
     return job.result()
 
 
 def bake_and_wait(
-    grating: Grating, directory: str = "", *, use_cache: bool = True, request: BakeRequest | None = None
-) -> dict[str, Any]:
+    grating: Grating, directory: str = "", *, use_cache: bool = True, request: BakeRequest | None = None,
+    progress: Progress = silent,
+) -> dict[str, Any]:  # fmt: skip
     """Bake a grating, record the bake and, if given, its request. Returns the facts. Raises GratingError if it
     fails."""
     asked_for = request or grating.bake_request()
-    facts = finished_bake(grating, directory, use_cache=use_cache, request=asked_for)
+    facts = finished_bake(grating, directory, use_cache=use_cache, request=asked_for, progress=progress)
     record_bake(grating, facts, asked_for, taken_over=request is not None)
     return facts
 

@@ -7,6 +7,7 @@ import bpy
 import numpy as np
 
 from ...precompute.base.failure import GratingError
+from ...precompute.base.progress import Progress, silent
 from ...precompute.mesh.mesh_files import read_combed, write_mesh
 from ..direction import combed_mesh, drawn_lines
 from ..direction.uv_maps import has_comb, rendering_map
@@ -81,10 +82,12 @@ def finish_comb(job: CombJob) -> list[str]:
     return report
 
 
-def comb_and_wait(scene: bpy.types.Scene, objects: list[bpy.types.Object], source: str) -> list[str]:
+def comb_and_wait(
+    scene: bpy.types.Scene, objects: list[bpy.types.Object], source: str, *, progress: Progress = silent
+) -> list[str]:
     """Comb the meshes among the objects. Returns a line for each. Raises GratingError as finish_comb does."""
     job = start_comb(scene, objects, source)
-    job.wait()
+    job.wait(progress)
     return finish_comb(job)
 
 

@@ -36,6 +36,14 @@ def count_lamp(scene: bpy.types.Scene, name: str, active: bpy.types.Object | Non
     return [f"{lamp.name}: {done}"]
 
 
+def keep_lamp(scene: bpy.types.Scene, name: str, *, counts: bool) -> list[str]:
+    """Make a named lamp light the diffraction, or leave it out. Returns lines to report. Raises GratingError as
+    count_lamp does."""
+    if (_lamp_named(scene, name, None) in counted_lamps(scene)) != counts:
+        return count_lamp(scene, name)
+    return [f"{name}: {'lights the diffraction' if counts else 'left out of the diffraction'} already"]
+
+
 def _lamp_named(scene: bpy.types.Scene, name: str, active: bpy.types.Object | None) -> bpy.types.Object:
     lamps = lamps_of(scene)
     found = [lamp for lamp in lamps if (lamp.name == name if name else lamp == active)]

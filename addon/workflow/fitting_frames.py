@@ -9,6 +9,7 @@ from typing import Self
 import bpy
 
 from ...precompute.base.failure import GratingError
+from ...precompute.base.progress import Progress, silent
 from ..lamps.sky import SOURCES_MAX, hold_frames
 from ..materials.skin import show_lamps
 from ..worlds.fingerprint import fingerprint
@@ -19,11 +20,13 @@ from .fitting_worlds import world_is_animated
 _FRAMES_MAX = 10_000
 
 
-def fit_frames(scene: bpy.types.Scene, *, first: int = -1, last: int = -1, step: int = 0) -> str:
+def fit_frames(
+    scene: bpy.types.Scene, *, first: int = -1, last: int = -1, step: int = 0, progress: Progress = silent
+) -> str:
     """Fit a range of frames and wait; by default the scene's own range and step. Returns a line to report. Raises
     GratingError as FrameFits does."""
     job = FrameFits.of_range(scene, first=first, last=last, step=step)
-    job.wait()
+    job.wait(progress)
     return job.keep()
 
 
@@ -67,12 +70,14 @@ class FrameFits:
             self._take()
         return self._probe is not None
 
-    def wait(self) -> None:
-        """Do all fits. An interrupt cancels the job."""
+    def wait(self, progress: Progress = silent) -> None:
+        """Do all fits, and report each frame. An interrupt cancels the job."""
         try:
             while self._probe is not None:
+                progress(*self.progress())
                 self._probe.wait()
                 self._take()
+            progress(*self.progress())
         except BaseException:
             self.cancel()
             raise

@@ -12,6 +12,7 @@ from ...precompute.bake.needs import EVERYTHING, Needs
 from ...precompute.bake.request import BakeRequest, request_from
 from ...precompute.bake.shown_directions import MARGIN, SHARE, held_share, joined, needs_of
 from ...precompute.base.failure import GratingError
+from ...precompute.base.progress import Progress, silent
 from ...precompute.surface.height_map import is_synthetic
 from ...precompute.table.atlas import Layout
 from ...precompute.table.atlas_file import read_header
@@ -27,6 +28,7 @@ from .restoring_bakes import bake_of
 
 # Frames sampled from a range, not counting camera cuts; rays for one frame; minimum rays for each of several frames.
 FRAMES_MAX, _RAYS, _RAYS_LEAST = 16, 12000, 2000
+_MEASURING = "measuring the scene"
 
 
 # Smallest saving, as a share of the whole bake's memory, that is worth a bake for the scene and the loss of all other
@@ -57,6 +59,7 @@ def measure_needs(
     frames: tuple[int, int] | None = None,
     *,
     views: Sequence[Callable[[], object]] = (),
+    progress: Progress = silent,
 ) -> Measured:
     """Measure what a scene needs of a grating, over a range of frames. The default is the scene's own range if the
     camera, a lamp, or a mesh or material with the grating may change, else the present frame. Afterwards the scene is
@@ -72,7 +75,8 @@ def measure_needs(
     rays = max(_RAYS_LEAST, _RAYS // len(views or chosen))
     response = response_in(grating.group)
     parts, nodes, places, cast = [], {}, 0, 0
-    for seen in _looks_of(views, rays) if views else _looks(scene, chosen, rays):
+    looks = _looks_of(views, rays, progress) if views else _looks(scene, chosen, rays, progress=progress)
+    for seen in looks:
         cast += seen.count
         for each in seen.places:
             if response in responses_in(each.node.node_tree):
@@ -171,27 +175,30 @@ def _frames(scene: bpy.types.Scene, carriers: list[bpy.types.Object], asked: tup
     return sorted({*frames_between(first, last, FRAMES_MAX), *(frame for frame in cuts if first <= frame <= last)})
 
 
-def _looks(scene: bpy.types.Scene, frames: list[int], rays: int) -> Iterator[Look]:
+def _looks(scene: bpy.types.Scene, frames: list[int], rays: int, *, progress: Progress) -> Iterator[Look]:
     """A look through the camera in each frame. Afterwards the present frame is restored."""
     now, subframe = scene.frame_current, scene.frame_subframe
     try:
-        for frame in frames:
+        for number, frame in enumerate(frames):
+            progress(_MEASURING, number / len(frames))
             if len(frames) > 1 or frame != now:
                 scene.frame_set(frame)
             if (seen := look(scene, bpy.context.evaluated_depsgraph_get(), rays=rays, footprints=True)) is not None:
                 yield seen
+        progress(_MEASURING, 1.0)
     finally:
         if (scene.frame_current, scene.frame_subframe) != (now, subframe):
             scene.frame_set(now, subframe=subframe)
 
 
-def _looks_of(views: Sequence[Callable[[], object]], rays: int) -> Iterator[Look]:
+def _looks_of(views: Sequence[Callable[[], object]], rays: int, progress: Progress) -> Iterator[Look]:
     """A look through the camera in each view."""
-    for set_up in views:
+    for number, set_up in enumerate(views, 1):
         set_up()
         scene = bpy.context.scene
         if (seen := look(scene, bpy.context.evaluated_depsgraph_get(), rays=rays, footprints=True)) is not None:
             yield seen
+        progress(_MEASURING, number / len(views))
 
 
 def _told(grating: Grating, needs: Needs, facts: dict[str, Any]) -> str:

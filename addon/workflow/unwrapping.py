@@ -10,6 +10,7 @@ import bpy
 import numpy as np
 
 from ...precompute.base.failure import GratingError
+from ...precompute.base.progress import Progress, silent
 from ...precompute.mesh.unwrap import BY_BLENDER, Mesh, Packing, longest_seconds, write_mesh
 from ..direction.uv_maps import has_comb, rendering_map
 from ..gratings.direction_source import STORED, UV_MAP
@@ -56,11 +57,11 @@ class Unwrapping:
         return _add_map(mesh, uv, f"{facts['islands']} islands fill {facts['filled']:.0%} of it")
 
 
-def unwrap_and_wait(mesh: bpy.types.Object, packing: Packing) -> list[str]:
+def unwrap_and_wait(mesh: bpy.types.Object, packing: Packing, *, progress: Progress = silent) -> list[str]:
     """Unwrap a mesh by xatlas. Returns lines to report. Raises GratingError, with nothing changed, if that fails."""
     unwrapping = Unwrapping(mesh, packing)
     try:
-        unwrapping.job.wait()
+        unwrapping.job.wait(progress)
     except BaseException:
         unwrapping.cancel()
         raise

@@ -45,12 +45,17 @@ def add_input(parser: argparse.ArgumentParser, several: str | None = None) -> No
     )
     parser.add_argument("--channel", type=name_argument, help="which of the file's channels, by name")
     add_json(parser)
-    parser.add_argument("--progress", choices=("text", "json", "none"), default="text", help=argparse.SUPPRESS)
+    add_progress(parser)
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
     """Add --json."""
     parser.add_argument("--json", type=name_argument, metavar="FILE|-", help="write the result as JSON")
+
+
+def add_progress(parser: argparse.ArgumentParser) -> None:
+    """Add --progress, the style in which a verb reports its progress on standard error. Programs set it."""
+    parser.add_argument("--progress", choices=("text", "json", "none"), default="text", help=argparse.SUPPRESS)
 
 
 def add_bake_options(parser: argparse.ArgumentParser) -> None:

@@ -62,7 +62,7 @@ def add_preset_option(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Run the verb `bake`: read the scans, bake them, measure the error, write the files."""
     request = request_of(arguments)
-    told = Progress(arguments.progress, may_be_refused=(_READING, LEVELLING))
+    told = progress_of(arguments)
     height_maps = []
     for number, scan in enumerate(request.scans):
         told(_READING, _READ * number / len(request.scans))
@@ -81,6 +81,11 @@ def run(arguments: argparse.Namespace) -> None:
         )  # fmt: skip
     lamps = [lamp_line(space, request.illuminant) for space in RGB_SPACES]
     emit(facts, arguments.json, lambda: (*bake_summary(facts, request.illuminant), *filter(None, lamps)))
+
+
+def progress_of(arguments: argparse.Namespace) -> Progress:
+    """The progress of a bake, in the style of --progress."""
+    return Progress(arguments.progress, may_be_refused=(_READING, LEVELLING))
 
 
 def request_of(arguments: argparse.Namespace) -> BakeRequest:

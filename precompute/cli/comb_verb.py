@@ -8,7 +8,7 @@ from ..base.failure import GratingError
 from ..base.progress import part_of
 from ..mesh.comb import comb
 from ..mesh.mesh_files import read_mesh, write_combed
-from .arguments import add_json
+from .arguments import add_json, add_progress
 from .option_types import path_argument
 from .printing import Progress, emit
 
@@ -30,12 +30,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="folder for the combed meshes, of the same names",
     )
     add_json(parser)
-    parser.add_argument("--progress", choices=("text", "json", "none"), default="text", help=argparse.SUPPRESS)
+    add_progress(parser)
+
+
+def progress_of(arguments: argparse.Namespace) -> Progress:
+    """The progress of a comb, in the style of --progress."""
+    return Progress(arguments.progress, may_be_refused=(_READING,))
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Run the verb `comb`."""
-    progress = Progress(arguments.progress, may_be_refused=(_READING,))
+    progress = progress_of(arguments)
     names = [path.name for path in arguments.mesh]
     if len(set(names)) < len(names):
         raise GratingError("MESH.npz", "two have one name", "give them different names")

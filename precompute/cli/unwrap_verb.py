@@ -8,7 +8,7 @@ import numpy as np
 
 from ..base.files import write_whole
 from ..mesh.unwrap import Packing, read_mesh, unwrap
-from .arguments import add_json
+from .arguments import add_json, add_progress
 from .option_types import count, number, path_argument
 from .printing import Progress, emit
 
@@ -22,7 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-o", "--output", required=True, type=path_argument, metavar="DIR", help="folder for uv.npz")
     add_packing(parser)
     add_json(parser)
-    parser.add_argument("--progress", choices=("text", "json", "none"), default="text", help=argparse.SUPPRESS)
+    add_progress(parser)
 
 
 def add_packing(parser: argparse.ArgumentParser) -> None:

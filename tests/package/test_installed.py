@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The zip, installed into an empty user folder of each available Blender."""
 
+import zipfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -79,3 +80,14 @@ def test_installed_extension_bakes_assigns_and_renders(blender, tmp_path, lights
     assert not list(bare.user_folder.glob("extensions/user_default/*"))
     # Same sampler, one sample, 8 bits: equal to the last step.
     assert np.array_equal(pixels(tmp_path / "without_0001.png"), picture)
+
+
+def test_the_installed_extension_keeps_the_files_of_its_zip(blender, built):
+    """After the tests above: Blender's Python adds only byte code."""
+    (folder,) = blender.user_folder.glob("extensions/user_default/natural_gratings")
+    found = {path.relative_to(folder).as_posix(): path for path in folder.rglob("*") if path.is_file()}
+    with zipfile.ZipFile(built["linux_x64"]) as package:
+        held = {name: package.read(name) for name in package.namelist() if not name.endswith("/")}
+    found = {name: path.read_bytes() for name, path in found.items() if "__pycache__" not in name}
+    assert set(found) == set(held)
+    assert [name for name, data in held.items() if found[name] != data] == []

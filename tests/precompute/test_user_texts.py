@@ -1,17 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Messages, tooltips and help texts must not cite pages that the zip lacks; checked in the syntax trees. And the list
-of all texts that `./dev bench texts` prints."""
+"""Messages, tooltips and help texts must not cite pages and commands that the zip lacks; checked in the syntax trees.
+And the list of all texts that `./dev bench texts` prints."""
 
 import ast
 import re
+
+import pytest
 
 from laboratory.benchmarks import texts
 from laboratory.benchmarks.texts import artist_texts, user_texts
 
 from .test_layering import ROOT, sources, tree_of
 
-# Pages of the repository, none of which the zip holds.
-_PAGE = re.compile(r"\bdocs/|\w\.md\b|\bREADME\b")
+# Pages, folders and commands of the repository, none of which the zip holds.
+_PAGE = re.compile(r"\bdocs/|\w\.md\b|\b(README|CHANGELOG|SECURITY|CONTRIBUTING)\b|\./dev\b|\b(laboratory|devtools)\b")
+# Files of the add-on with texts that Blender shows or runs.
+_DATA = (".json", ".osl")
 
 
 def test_no_text_for_users_cites_a_page_that_the_zip_lacks():
@@ -20,7 +24,21 @@ def test_no_text_for_users_cites_a_page_that_the_zip_lacks():
         name = path.relative_to(ROOT).as_posix()
         texts = user_texts(tree_of(path), tooltips=name.startswith(("addon/operators/", "addon/ui/")))
         cited += [f"{name}: {text:.90}" for text in texts if _PAGE.search(text)]
+    for path in (each for package in ("addon", "precompute") for each in (ROOT / package).rglob("*")):
+        if path.suffix in _DATA and (found := _PAGE.search(path.read_text(encoding="utf-8"))):
+            cited.append(f"{path.relative_to(ROOT).as_posix()}: {found[0]}")
     assert cited == []
+
+
+@pytest.mark.parametrize(
+    "text", ["see docs/a", "in needs.md", "see README", "run ./dev bench", "`python -m laboratory`", "SECURITY says it"]
+)
+def test_each_kind_of_citation_is_known(text):
+    assert _PAGE.search(text)
+
+
+def test_other_texts_are_no_citations():
+    assert not _PAGE.search("a device's document, as blender --command grating --help says in needs.json")
 
 
 def test_a_citation_would_be_found():

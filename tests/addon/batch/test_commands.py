@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`--command grating`: exit statuses, one-line errors, and saved files."""
 
+import json
+import re
 import shutil
 
 import bpy
@@ -68,7 +70,7 @@ def test_assign_fits_the_frames_of_an_animated_world(addon, scene, baked, tmp_pa
     scene.world = None
     assert "it is not animated; press Fit World instead" in fault(capfd, addon, *asked)
     assert list(tmp_path.iterdir()) == []
-    monkeypatch.setattr(addon.assign_command, "fit_frames", lambda scene: f"{scene.frame_end} frames fitted")
+    monkeypatch.setattr(addon.assign_command, "fit_frames", lambda scene, progress: f"{scene.frame_end} frames fitted")
     assert addon.commands.execute(list(map(str, asked))) == 0
     assert f"{scene.frame_end} frames fitted" in capfd.readouterr().out
 
@@ -227,3 +229,38 @@ def test_the_cache_of_the_extension_is_listed_verified_and_pruned(addon, scene, 
     assert "1 of 1 bake is damaged" in fault(capfd, addon, "cache", "verify")
     assert addon.commands.execute(["cache", "prune", "--all"]) == 0
     assert list(cache.entries()) == [] and kept.read_bytes() == baked.read_bytes()
+
+
+def test_a_bake_reports_its_progress_on_standard_error(addon, scene, scan, tmp_path, capfd):
+    """A batch's log shows that the bake is running."""
+    asked = ["bake", str(scan), "--size-um", "4", "--height-nm", "100", "-o", str(tmp_path / "bake"), "--no-cache"]
+    for style in ("text", "json", "none"):
+        capfd.readouterr()
+        assert addon.commands.execute([*asked, "--save", str(tmp_path / "a.blend"), "--progress", style]) == 0
+        lines = capfd.readouterr().err.splitlines()
+        if style == "json":
+            shares = [json.loads(line)["fraction"] for line in lines]
+        else:
+            shares = [int(re.fullmatch(r".+: +(\d+)%", line)[1]) / 100 for line in lines]
+        assert shares == sorted(shares)
+        # The self-check, the last stage, begins in the second half.
+        assert shares[-1] > 0.5 if style != "none" else not shares
+
+
+def test_verbs_that_wait_report_their_progress(addon, scene, grating, tmp_path, capfd):
+    """Each line is a stage and a percentage, and the last stage ends at 100 %."""
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    camera.location = (0, 0, 2)
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+    bpy.ops.grating.assign()
+    saved = ["--save", str(tmp_path / "plane.blend")]
+    for asked in (
+        ["needs", "-o", str(tmp_path / "needs.json"), "--frames", "1", "3"],
+        ["comb", "--object", "Plane", "--source", "axis", *saved],
+        ["unwrap", "--object", "Plane", *saved],
+    ):
+        capfd.readouterr()
+        assert addon.commands.execute(asked) == 0
+        lines = [line for line in capfd.readouterr().err.splitlines() if re.fullmatch(r"[a-z ]+: +\d+%", line)]
+        assert lines and lines[-1].endswith(": 100%")

@@ -77,8 +77,7 @@ def test_an_even_world_shows_no_colours_and_a_shining_object_may(addon, scene, c
     assert first.kind == "NO_LAMP" and "an even world shows no colours" in first.sentence
     bpy.ops.mesh.primitive_plane_add(location=(0, 0, 20))
     material = bpy.data.materials.new("Shining")
-    if bpy.app.version < (5, 0, 0):
-        material.use_nodes = True
+    addon.compat.enable_nodes(material)
     material.node_tree.nodes["Principled BSDF"].inputs["Emission Strength"].default_value = 5.0
     bpy.context.object.data.materials.append(material)
     assert kinds(addon) == []
