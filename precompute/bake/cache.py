@@ -38,6 +38,9 @@ DAYS_VARIABLE = "NATURAL_GRATINGS_CACHE_DAYS"
 SHARED_VARIABLE = "NATURAL_GRATINGS_CACHE_SHARED"
 # The size limit in MiB if none is set.
 _LIMIT_MIB = 2048
+# Heights that differ by less than about this count as the same for a farm: it shifts light of 380 nm by 0.02 degrees of
+# phase. The steps begin off the round values, which rounding errors would move to either side.
+_SAME_HEIGHT_M, _STEP_BEGIN = 1e-11, 0.381966
 NS_OF_A_DAY = 24 * 3600 * 10**9
 # The stage that a process reports while another process bakes the same surface.
 WAITING = "waiting for another bake of the same surface"
@@ -49,14 +52,15 @@ def key_of(height_maps: Sequence[HeightMap], request: BakeRequest) -> str:
     The key includes the names of source and channel, because the bake's header holds them, but not the folder.
 
     By default a machine takes no bake of another kind of processor, so that a bake has the same bytes with and without
-    the cache. If $NATURAL_GRATINGS_CACHE_SHARED is 1, the key leaves out the processor: a farm of mixed machines bakes
-    once, and all its machines use the bytes of the first bake. Bakes of two kinds of processor differ in the last
-    digits of some sums, far below the error of a bake.
+    the cache. If $NATURAL_GRATINGS_CACHE_SHARED is 1, the key leaves out the processor and the last digits of the
+    heights, which for a synthetic surface depend on it too: a farm of mixed machines bakes once, and all its machines
+    use the bytes of the first bake. Bakes of two kinds of processor differ far less than the error of a bake.
 
     Raises GratingError if the variable holds another text than 0 or 1."""
+    is_shared = _is_shared()
     surfaces = [
         {
-            "heights_sha256": hashlib.sha256(np.ascontiguousarray(one.height_m, dtype="<f8").data).hexdigest(),
+            "heights_sha256": _hash_of(one.height_m, is_shared=is_shared),
             "shape": one.height_m.shape,
             "pixel_size_m": one.pixel_size_m,
             "periodic": one.periodic,
@@ -65,7 +69,7 @@ def key_of(height_maps: Sequence[HeightMap], request: BakeRequest) -> str:
         for one in height_maps
     ]
     parameters = {key: value for key, value in request.as_dict().items() if key != "scans"}
-    versions = [FORMAT, BAKE_VERSION, np.__version__, *(() if _is_shared() else _processor())]
+    versions = [FORMAT, BAKE_VERSION, np.__version__, *(() if is_shared else _processor())]
     content = {"versions": versions, "surfaces": surfaces, "parameters": parameters}
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
@@ -74,6 +78,12 @@ def _processor() -> list[str]:
     """The kind of processor, and the vector instructions that NumPy found on it. They choose the code of NumPy and its
     BLAS, and other code rounds sums in another order."""
     return [platform.machine(), *np.show_config(mode="dicts").get("SIMD Extensions", {}).get("found", ())]
+
+
+def _hash_of(height_m: np.ndarray, *, is_shared: bool) -> str:
+    if is_shared:
+        height_m = np.floor(height_m / _SAME_HEIGHT_M + _STEP_BEGIN) + 0.0  # without negative zeros
+    return hashlib.sha256(np.ascontiguousarray(height_m, dtype="<f8").data).hexdigest()
 
 
 def _is_shared() -> bool:

@@ -4,7 +4,10 @@ processors, read-only folders, and the limit of age."""
 
 import errno
 import os
+import subprocess
+import sys
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,7 +17,7 @@ from precompute.base import locks, shared_folder
 from precompute.base.failure import GratingError
 from precompute.base.shared_folder import server_now_ns
 
-from .conftest import assert_nothing_is_left, bake_once, fake, key, names, never
+from .conftest import ROOT, assert_nothing_is_left, bake_once, fake, key, names, never
 from .test_cache_keys import height_map, request
 
 __all__ = ["height_map"]  # the fixture
@@ -207,6 +210,40 @@ def test_a_farm_of_mixed_processors_bakes_once(height_map, tmp_path, monkeypatch
     assert (tmp_path / "1" / "AVX512_SKX" / "a.exr").read_bytes() == b"AVX2"
     monkeypatch.setattr(np, "__version__", "1.0")
     assert cache.key_of([height_map], request()) != keys["1", "AVX2"], "another NumPy still bakes of its own"
+
+
+def test_a_farm_ignores_the_last_digits_of_heights(height_map, monkeypatch):  # noqa: F811  the fixture
+    """Heights of 100 nm with rounding errors, and with errors of 0.1 nm, ten times the step that counts."""
+    noisy = replace(height_map, height_m=height_map.height_m * (1 + 4 * np.finfo(float).eps))
+    other = replace(height_map, height_m=height_map.height_m + 1e-10)
+    for shared in ("0", "1"):
+        monkeypatch.setenv("NATURAL_GRATINGS_CACHE_SHARED", shared)
+        keys = [cache.key_of([each], request()) for each in (height_map, noisy, other)]
+        assert (keys[0] == keys[1]) == (shared == "1") and keys[2] not in keys[:2]
+
+
+def test_a_processor_without_vector_instructions_has_the_key_of_the_farm(monkeypatch):
+    """NumPy really runs other code, which computes other last digits of a sample's heights."""
+    found = np.show_config(mode="dicts").get("SIMD Extensions", {}).get("found", ())
+    if not found:
+        pytest.skip("NumPy uses no vector instructions here that can be switched off")
+    code = "from precompute.bake import cache; from precompute.bake.request import BakeRequest, Scan; "
+    code += "print(cache.key_of([Scan('sample:elaphe').read()], BakeRequest()))"
+    keys = {}
+    for shared in ("0", "1"):
+        for off in ("", " ".join(found)):
+            words = {"NATURAL_GRATINGS_CACHE_SHARED": shared, "NPY_DISABLE_CPU_FEATURES": off}
+            told = subprocess.run(
+                [sys.executable, "-c", code],
+                cwd=ROOT,
+                env=os.environ | words,
+                capture_output=True,
+                text=True,
+                check=True,
+            )
+            keys[shared, bool(off)] = told.stdout
+    assert keys["1", False] == keys["1", True]
+    assert keys["0", False] != keys["0", True]
 
 
 def test_sharing_is_yes_or_no(height_map, monkeypatch):  # noqa: F811  the fixture
