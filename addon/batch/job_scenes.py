@@ -204,10 +204,9 @@ def _check(pictures: Sequence[Picture], name: str) -> None:
     seen = {(one.camera, one.zoom, one.lamps): one for one in pictures}
     for picture in seen.values():
         _look(asdict(picture), base)
-    first = replace(
-        pictures[0], camera=None, zoom=None, frame=None, engine=None, seed=None, samples=None, width=None, height=None,
-        lamps=tuple(replace(state, azimuth_deg=None, elevation_deg=None, strength=None) for state in pictures[0].lamps),
-    )  # fmt: skip
+    kept = dict.fromkeys(("camera", "zoom", "frame", "engine", "seed", "samples", "denoise", "width", "height"))
+    own = tuple(replace(lamp, azimuth_deg=None, elevation_deg=None, strength=None) for lamp in pictures[0].lamps)
+    first = replace(pictures[0], lamps=own, **kept)
     _look(asdict(first), base)
 
 

@@ -29,6 +29,7 @@ class Base:
     lamps: Mapping[str, tuple[Matrix, float]]
     render: tuple[str, int, int, int]
     samples: tuple[int, int, int]
+    denoise: bool
 
     @classmethod
     def now(cls) -> "Base":
@@ -41,6 +42,7 @@ class Base:
             {one.name: (one.matrix_world.copy(), one.data.energy) for one in scene.objects if one.type == "LIGHT"},
             (render.engine, render.resolution_x, render.resolution_y, render.resolution_percentage),
             (scene.cycles.samples, scene.eevee.taa_render_samples, scene.cycles.seed),
+            scene.cycles.use_denoising,
         )
 
 
@@ -70,6 +72,7 @@ def set_up(picture: Mapping[str, Any], base: Base) -> None:
     cycles, eevee, seed = base.samples
     scene.cycles.samples = picture["samples"] or cycles
     scene.eevee.taa_render_samples = picture["samples"] or eevee
+    scene.cycles.use_denoising = base.denoise if picture["denoise"] is None else picture["denoise"]
     scene.cycles.seed = seed if picture["seed"] is None else picture["seed"]
     bpy.context.view_layer.update()
 

@@ -88,7 +88,7 @@ def many_frames(folder: Path, arguments: argparse.Namespace) -> dict:
 
 
 def _frame(frame: int, engine: str) -> Picture:
-    return Picture(f"{frame:06d}", None, None, (), engine, None, frame, 1, 16, 16)
+    return Picture(f"{frame:06d}", None, None, (), engine, None, frame, 1, False, 16, 16)
 
 
 def resident_mib() -> float:

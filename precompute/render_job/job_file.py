@@ -31,6 +31,7 @@ zooms = [1, 2.5]                # factors on the focal length
 engines = ["cycles", "eevee"]
 seeds = [0, 1]                  # of Cycles; EEVEE renders the first only
 samples = 64
+denoise = false                 # whether Cycles denoises
 width = 320                     # pixels
 height = 240
 
@@ -117,6 +118,7 @@ class Views:
     engines: tuple[str, ...] = ()
     seeds: tuple[int, ...] = ()
     samples: int | None = None
+    denoise: bool | None = None
     width: int | None = None
     height: int | None = None
 
@@ -151,7 +153,7 @@ def read_job(path: Path, *, opened: Path | None = None, output: Path | None = No
             if value is not None and not can_be_a_path(value):
                 raise whole.fault(key, "no name of a file", "give a path")
         scene = opened if named is None else folder / named
-        needs = whole.flag("needs")
+        needs = bool(whole.flag("needs"))
         views = _views(whole.table("pictures"))
         surfaces = tuple(one for each in whole.tables("grating", _GRATINGS_MOST) for one in _surfaces(each, folder))
         sweeps = tuple(_sweep(each) for each in whole.tables("light", _LAMPS_MOST))
@@ -174,6 +176,7 @@ def _views(table: Table) -> Views:
             table.texts("engines", ENGINES),
             table.integers("seeds", _SEED),
             table.integer("samples", _SAMPLES),
+            table.flag("denoise"),
             table.integer("width", _SIDE),
             table.integer("height", _SIDE),
         )
@@ -204,7 +207,7 @@ def _surfaces(table: Table, folder: Path) -> list[Surface]:
             preset,
             request,
             table.texts("objects"),
-            table.flag("over"),
+            bool(table.flag("over")),
             table.text("lights", LIGHTS),
             table.pairs("inputs"),
         )

@@ -55,6 +55,7 @@ class Picture:
     seed: int | None
     frame: int | None
     samples: int | None
+    denoise: bool | None
     width: int | None
     height: int | None
 
@@ -75,7 +76,7 @@ def pictures_of(job: Job, scene_name: str) -> list[Picture]:
     found = [
         Picture(
             _name(job, scene_name, choice), choice[0], choice[1], tuple(choice[2:-2]), choice[-2][0], choice[-2][1],
-            choice[-1], job.views.samples, job.views.width, job.views.height,
+            choice[-1], job.views.samples, job.views.denoise, job.views.width, job.views.height,
         )
         for choice in itertools.product(*axes)
     ]  # fmt: skip

@@ -64,12 +64,12 @@ class Table:
         """A list of texts, each once; empty if the key is missing."""
         return self._each(key, lambda value: self._text(key, value, choices))
 
-    def flag(self, key: str) -> bool:
-        """true or false, the default."""
+    def flag(self, key: str) -> bool | None:
+        """true or false; None if the key is missing."""
         value = self.take(key)
-        if value not in (None, True, False):
+        if value is not None and not isinstance(value, bool):
             raise self.fault(key, f"cannot be {value!r:.30}", "give true or false")
-        return bool(value)
+        return value
 
     def number(self, key: str, limits: Limits) -> float | None:
         """A number; None if the key is missing."""

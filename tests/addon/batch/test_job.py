@@ -169,7 +169,7 @@ def test_a_lamp_goes_round_an_object_at_its_distance(addon, job):
     setup = addon.picture_setup
     base = setup.Base.now()
     picture = {"frame": None, "camera": None, "zoom": None, "engine": None, "seed": None, "samples": None}
-    picture |= {"width": None, "height": None}
+    picture |= {"denoise": None, "width": None, "height": None}
     for azimuth, elevation, place in ((0, 90, (0, 0, 5)), (90, 0, (0, 5, 0)), (180, 0, (-5, 0, 0))):
         angles = {"azimuth_deg": azimuth, "elevation_deg": elevation}
         state = {"lamp": "Sun", "strength": 2.0, "around": "Plane", **angles}

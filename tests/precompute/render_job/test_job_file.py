@@ -134,6 +134,7 @@ def test_what_is_no_range_of_frames(text):
     ('scene = "a"\n[pictures]\nzooms = []', "pictures.zooms: cannot be []"),
     ('scene = "a"\n[pictures]\nengines = ["workbench"]', "pictures.engines: cannot be 'workbench'; give one of cycles"),
     ('scene = "a"\n[pictures]\nsamples = true', "pictures.samples: cannot be True"),
+    ('scene = "a"\n[pictures]\ndenoise = 1', "pictures.denoise: cannot be 1; give true or false"),
     ('scene = "a"\npictures = 3', "pictures: is no table"),
     ('scene = "a"\n[grating]\npreset = "cd"', "grating: is no list of tables; write each as [[grating]]"),
     ("[[grating]]\nname = 'a'", "grating 1.preset: give either `preset` or `scans`"),
