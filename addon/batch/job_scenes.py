@@ -73,8 +73,8 @@ def make_scene(job: Job, name: str, progress: Progress) -> Path:
         _open(job, surface)
         if surface is not None:
             _put_on(job, surface, pictures, progress)
-        _check(pictures, name)
         _save(path.with_suffix(".blend"))
+        _check(pictures)  # last, because it changes the open scene
     request = None if surface is None else surface.request.as_dict()
     made_by = {"natural_gratings": extension_version(), "request": request}
     write_record(path, plan_of(f"{name}.blend", recipe, pictures, made_by=made_by))
@@ -197,17 +197,13 @@ def _look(picture: dict[str, Any], base: Base) -> None:
         raise GratingError("", str(fault), "") from fault
 
 
-def _check(pictures: Sequence[Picture], name: str) -> None:
+def _check(pictures: Sequence[Picture]) -> None:
     """Set the scene up for each distinct view once, so that a lamp or camera that is missing is told before anything is
     rendered. Raises GratingError."""
     base = Base.now()
     seen = {(one.camera, one.zoom, one.lamps): one for one in pictures}
     for picture in seen.values():
         _look(asdict(picture), base)
-    kept = dict.fromkeys(("camera", "zoom", "frame", "engine", "seed", "samples", "denoise", "width", "height"))
-    own = tuple(replace(lamp, azimuth_deg=None, elevation_deg=None, strength=None) for lamp in pictures[0].lamps)
-    first = replace(pictures[0], lamps=own, **kept)
-    _look(asdict(first), base)
 
 
 def remove_partial(job: Job) -> None:
