@@ -120,10 +120,11 @@ def without_the_extension(stage: Stage, plane: Path, output: Path, bare: Path) -
 
 
 def press(stage: Stage, output: Path) -> None:
-    """Press the panel's buttons with simulated events, which needs a screen."""
+    """Press the panel's buttons with simulated events. This needs a screen of 1280 x 1800 pixels, which shows them
+    all."""
     file = output / "unseen.blend"
     stage.script("an artist's file", TESTS / "make_unseen.py", file)
-    events = ("--enable-event-simulate", "--window-geometry", "0", "0", "1280", "900")
+    events = ("--enable-event-simulate", "--window-geometry", "0", "0", "1280", "1800")
     bake = output / "bake" / "blazed.exr"
     stage.run("the panel's buttons", *events, file, "--python", TESTS / "press_buttons.py", "--", bake)
 
@@ -134,7 +135,7 @@ def parser() -> argparse.ArgumentParser:
     made.add_argument("--blender", required=True, metavar="PROGRAM", help="the Blender to test")
     made.add_argument("--output", required=True, type=Path, metavar="FOLDER", help="for pictures, files and the log")
     made.add_argument("--engines", nargs="+", choices=ENGINES, default=ENGINES, help="default: both")
-    made.add_argument("--window", action="store_true", help="press the panel's buttons too; needs a screen")
+    made.add_argument("--window", action="store_true", help="press the panel's buttons too, on a screen of 1280 x 1800")
     made.add_argument("--record", action="store_true", help="record the pictures' numbers instead of comparing them")
     return made
 

@@ -3,7 +3,8 @@
 
 Plays an artist at work on the open file, by mouse and keyboard events only: clicks the floor, presses Assign to
 Selected, clicks the ball, presses Add to Materials and the panel's other buttons, undoes each with Ctrl-Z and redoes
-it, and saves with Ctrl-S. The script only sets the stage: the view, the open tab, the bake. It quits at the end.
+it, and saves with Ctrl-S. The script only sets the stage: the view, the open tab, the bake, and the panel's open steps.
+It quits at the end.
 """
 
 import importlib
@@ -74,6 +75,14 @@ def set_the_stage():
     yield from show_sidebar()
 
 
+def open_steps():
+    """Open the panel's steps Look and Light, which fold when they are done."""
+    folds = bpy.context.window_manager.natural_gratings_folds
+    for name in folds.bl_rna.properties.keys():  # noqa: SIM118  Blender's collection gives its items otherwise
+        if name.startswith(("look_", "light_")):
+            setattr(folds, name, True)
+
+
 def add_lamp():
     """Add a lamp, as a separate undo step."""
     bpy.context.scene.collection.objects.link(bpy.data.objects.new("Late", bpy.data.lights.new("Late", "SUN")))
@@ -97,13 +106,14 @@ def story():
     for lights in ("ALL", "LAMPS", "REST"):
         yield from choose_undo_redo(lights)
     yield from click_object("Ball", (0.08, -0.05, 0.3))
-    yield from press_undo_redo("bpy.ops.grating.add_diffraction")
-    yield from press_undo_redo("bpy.ops.grating.remove_diffraction", across=0.7)
-    yield from press_undo_redo("bpy.ops.grating.add_diffraction")
+    open_steps()
+    yield from press_undo_redo("bpy.ops.grating.add_diffraction()", across=0.45)
+    yield from press_undo_redo("bpy.ops.grating.remove_diffraction", across=0.75)
+    yield from press_undo_redo("bpy.ops.grating.add_diffraction()", across=0.45)
     groups = [n for n in bpy.data.materials["Old Paint"].node_tree.nodes if n.type == "GROUP"]
     assert groups, "Add to Materials added nothing"
     yield from press_undo_redo("bpy.ops.grating.new_material")
-    yield from press_undo_redo("bpy.ops.grating.add_diffraction_lamp")
+    yield from press_undo_redo("bpy.ops.grating.add_diffraction_lamp", across=0.85)
     assert bpy.data.objects["Diffraction Lamp"].parent == bpy.data.objects["Ball"]
     assert followed() == ["Bulb", "Torch", "Window"]
     add_lamp()

@@ -22,10 +22,10 @@ FRAME = "6"
 
 @pytest.fixture(scope="module")
 def display() -> Iterator[str]:
-    """A separate virtual screen."""
+    """A separate virtual screen, high enough for all buttons of the panel."""
     if shutil.which("Xvfb") is None:
         pytest.skip("no Xvfb: on Debian the package xvfb brings it")
-    with screen.display() as name:
+    with screen.display(height=1800) as name:
         yield name
 
 
@@ -52,7 +52,7 @@ def test_pressed_saved_and_reopened_without_the_extension(display, blender, tmp_
     blender.run_grating("bake", "sample:blazed", "--delta-e", "6", "-o", bake)
 
     window = replace(blender, command=("env", f"DISPLAY={display}", *blender.command))
-    options = ("--enable-event-simulate", "--window-geometry", "0", "0", "1280", "900")
+    options = ("--enable-event-simulate", "--window-geometry", "0", "0", "1280", "1800")
     window.run(*options, file, "--python", HERE / "press_buttons.py", "--", bake / "blazed.exr")
 
     for scene, frame in (("Still", "1"), ("Still", FRAME), ("Other", "1")):
