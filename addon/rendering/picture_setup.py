@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sets the open scene up for a picture of a plan: frame, camera, zoom, lamps, engine. It lies beside worker.py."""
+"""Sets the open scene up for a picture of a plan: frame, camera, zoom, lamps, engine."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -9,10 +9,7 @@ from typing import Any
 import bpy
 from mathutils import Matrix, Vector
 
-if __package__:
-    from ..blender import compat
-else:
-    import compat  # type: ignore[import-not-found,no-redef]  # the copy beside the script
+from ..blender import compat
 
 
 class Fault(Exception):

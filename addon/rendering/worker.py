@@ -1,10 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Renders the pictures of a plan (precompute/render_job/pictures.py), each as EXR and PNG with a record beside it.
 
-The extension imports this file. It is also a script of its own, for a Blender without the extension, where
-picture_setup.py, compat.py and mesa.py lie beside it:
-
-    blender --background --factory-startup --python worker.py -- PLAN.json [--task N --per-task K] [--again] [--openjd]
+The extension imports this file. In the bundle of a farm's job, start_worker.py runs it in a Blender without
+the extension.
 
 It skips pictures whose record says that they are finished, and tries a failed picture once again. A picture's files
 appear whole, the record last, so a process may be killed at any moment. Exit statuses: 0 if every picture is there, 1
@@ -25,14 +23,8 @@ from typing import Any
 
 import bpy
 
-if __package__:
-    from ..blender import compat, mesa
-    from .picture_setup import Base, Fault, set_up
-else:
-    sys.path.insert(0, str(Path(__file__).resolve().parent))
-    import compat  # type: ignore[import-not-found,no-redef]  # the copies beside the script
-    import mesa  # type: ignore[import-not-found,no-redef]
-    from picture_setup import Base, Fault, set_up  # type: ignore[import-not-found,no-redef]
+from ..blender import compat, mesa
+from .picture_setup import Base, Fault, set_up
 
 # Is called with a line after each picture, and with how many are done and wanted.
 Tell = Callable[[str, int, int], None]
@@ -257,7 +249,7 @@ def _duration(seconds: float) -> str:
 
 
 def main(arguments: list[str]) -> int:
-    """The script. Returns the exit status."""
+    """Render the pictures of the plan that the arguments of start_worker.py name. Returns the exit status."""
     words = iter(arguments)
     paths, numbers, flags = [], {"--task": 0, "--per-task": 1}, set()
     for word in words:
@@ -270,7 +262,7 @@ def main(arguments: list[str]) -> int:
     task, per_task = numbers.values()
     try:
         if len(paths) != 1 or task < 0 or per_task < 1:
-            raise Fault("give a plan, and --task and --per-task from 1 on; worker.py has the usage")
+            raise Fault("give a plan, and --task and --per-task from 1 on; start_worker.py has the usage")
         outcome = render_plan(
             paths[0].resolve(), lambda all_of: part_of(all_of, task, per_task) if task else all_of,
             again="--again" in flags, tell=progress_lines("--openjd" in flags),
@@ -282,7 +274,3 @@ def main(arguments: list[str]) -> int:
         return STOPPED
     print(outcome)
     return FAILED if outcome.failed else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[sys.argv.index("--") + 1 :]))

@@ -26,11 +26,12 @@ from .pictures import SCENES, pictures_of, scene_names
 
 _ROOT = Path(__file__).resolve().parents[2]
 _FLAMENCO = Path(__file__).with_name("flamenco.js")
-# What a worker without the extension needs.
-WORKER_FILES = tuple(
-    _ROOT / "addon" / name
-    for name in ("rendering/worker.py", "rendering/picture_setup.py", "blender/compat.py", "blender/mesa.py")
-)
+# What a worker without the extension needs, in the same folders as here.
+_START = "addon/rendering/start_worker.py"
+WORKER_FILES = (
+    _START, "addon/rendering/__init__.py", "addon/rendering/worker.py", "addon/rendering/picture_setup.py",
+    "addon/blender/__init__.py", "addon/blender/compat.py", "addon/blender/mesa.py",
+)  # fmt: skip
 # The specification's limit of a list of values.
 _LISTED_MAX = 1024
 _HOUR = 3600
@@ -49,7 +50,7 @@ def write_bundle(job: Job, folder: Path, *, per_task: int) -> list[Path]:
     writers = {folder / name: partial(_write_json, record) for name, record in texts.items()}
     script = flamenco_job_type(job, folder, per_task)
     writers[folder / "flamenco" / "natural_gratings.js"] = partial(_write_text, script)
-    writers |= {folder / "scripts" / path.name: partial(shutil.copyfile, path) for path in WORKER_FILES}
+    writers |= {folder / "scripts" / name: partial(shutil.copyfile, _ROOT / name) for name in WORKER_FILES}
     for path in writers:
         with told_of(path):
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -135,7 +136,8 @@ def _frames_step(job: Job, per_task: int) -> dict[str, Any]:
     # The names of scenes are plain, so they are the same in paths of every system.
     plan = "{{Param.OutputDir}}/" + SCENES + "/{{Task.Param.Grating}}.json"
     words = [
-        "--background", "--factory-startup", "--python-exit-code", "1", "--python", "{{Param.ScriptsDir}}/worker.py",
+        "--background", "--factory-startup", "--python-exit-code", "1",
+        "--python", "{{Param.ScriptsDir}}/" + _START,
         "--", plan, "--task", "{{Task.Param.Part}}", "--per-task", "{{Param.PicturesPerTask}}", "--openjd",
     ]  # fmt: skip
     space = {

@@ -12,7 +12,7 @@ const JOB_TYPE = {
         { key: "output_dir", type: "string", subtype: "dir_path", required: true, default: DEFAULTS.output_dir,
           description: "Folder of the scenes, pictures and logs" },
         { key: "scripts_dir", type: "string", subtype: "dir_path", required: true, default: DEFAULTS.scripts_dir,
-          description: "Folder of worker.py" },
+          description: "Folder of the worker, the bundle's scripts" },
         { key: "gratings", type: "string", required: true, default: DEFAULTS.gratings.join(","),
           description: "Names of the job's gratings, with commas between them" },
         { key: "parts", type: "int32", required: true, default: DEFAULTS.parts, propargs: { min: 1, max: 100000 },
@@ -48,7 +48,7 @@ function compileJob(job) {
         const plan = path.join(settings.output_dir, "scenes", grating + ".json");
         for (let part = 1; part <= settings.parts; part++) {
             const args = ["--background", "--factory-startup", "--python-exit-code", "1",
-                "--python", path.join(settings.scripts_dir, "worker.py"), "--", plan,
+                "--python", path.join(settings.scripts_dir, "addon/rendering/start_worker.py"), "--", plan,
                 "--task", String(part), "--per-task", String(settings.pictures_per_task)];
             frames.push(blenderTask(job, `frames-${grating}-${part}`, args, [bake]));
         }

@@ -12,9 +12,10 @@ from .test_layering import ROOT, SHIPPED, imports, tree_of
 MANIFEST = tomllib.loads((ROOT / "blender_manifest.toml").read_text(encoding="utf-8"))
 # The platform's limit for a tagline and for the reason of a permission, in characters.
 TERSE = 64
-# Scripts of processes of their own: a second Blender and a keeper. Nothing imports them.
+# Scripts of processes of their own: second Blenders, a keeper, and the worker of a farm. Nothing imports them.
 STARTS = {
     "addon/assets/start_library_maker.py", "addon/worlds/start_second_blender.py", "precompute/base/keeper.py",
+    "addon/rendering/start_worker.py",
 }  # fmt: skip
 # The files that start a process. Each starts this Blender or its Python.
 STARTERS = {"precompute/base/child_process.py", "precompute/base/keeper.py"}
