@@ -41,6 +41,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--per-task", type=count(1, 1 << 20), default=1, metavar="K", help="pictures of a task; default 1"
     )
+    parser.add_argument(
+        "--threads", type=count(0, worker.THREADS_MAX), default=0, metavar="N",
+        help="for rendering; default: the scene's. With one, Cycles' pictures are the same in every bit",
+    )  # fmt: skip
     parser.add_argument("--again", action="store_true", help="render finished pictures too")
 
 
@@ -94,8 +98,9 @@ def _render(job: Job, names: list[str], arguments: argparse.Namespace, log: Log)
         for path, wanted in plans:
             tell_of_all = partial(_tell_of_all, tell, before=before, total=total)
             outcome = worker.render_plan(
-                path, partial(_part, arguments), again=arguments.again, tell=tell_of_all, log=log
-            )
+                path, partial(_part, arguments), again=arguments.again, threads=arguments.threads,
+                tell=tell_of_all, log=log,
+            )  # fmt: skip
             whole, before = whole + outcome, before + wanted
     except Fault as fault:
         raise GratingError("", str(fault), "") from fault

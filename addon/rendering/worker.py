@@ -8,6 +8,7 @@ It skips pictures whose record says that they are finished, and tries a failed p
 appear whole, the record last, so a process may be killed at any moment. Exit statuses: 0 if every picture is there, 1
 if the plan or the scene cannot be used, 3 if pictures failed twice, 130 if it was interrupted."""
 
+import argparse
 import contextlib
 import hashlib
 import json
@@ -33,6 +34,12 @@ PLAN_FORMAT = 1
 # Exit statuses. A shell gives 130 for a program that an interrupt ends.
 FAILED, STOPPED = 3, 130
 _TRIES = 2
+# Blender's limit.
+THREADS_MAX = 1024
+# The fields of a picture (precompute/render_job/pictures.py), and its id.
+_FIELDS = {
+    "name", "camera", "zoom", "lamps", "engine", "seed", "frame", "samples", "denoise", "width", "height", "id",
+}  # fmt: skip
 # Blender keeps at most 767 characters of a note.
 _NOTE = "natural_gratings {version}, picture {id}, scene {scene_sha256}"
 _STAMPS = (
@@ -60,15 +67,17 @@ def read_plan(path: Path) -> dict[str, Any]:
     """A plan. Raises Fault if it cannot be read."""
     try:
         plan = json.loads(path.read_text(encoding="utf-8"))
-        if plan["format"] != PLAN_FORMAT or not all(one["id"] and one["name"] for one in plan["pictures"]):
-            raise ValueError(f"its format is {plan['format']}, not {PLAN_FORMAT}")
+        if plan["format"] != PLAN_FORMAT or not all(set(one) == _FIELDS for one in plan["pictures"]):
+            raise ValueError("another version of the extension made it")
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise Fault(f"{path}: no plan that can be used ({error}); run the job's earlier steps again") from error
     return plan
 
 
 def part_of(pictures: list[dict[str, Any]], task: int, per_task: int) -> list[dict[str, Any]]:
-    """The pictures of a task, which are counted from 1."""
+    """The pictures of a task, which are counted from 1. Raises Fault for other numbers."""
+    if task < 1 or per_task < 1:
+        raise Fault(f"task {task} of {per_task} pictures: give numbers from 1 on")
     return pictures[(task - 1) * per_task : task * per_task]
 
 
@@ -77,15 +86,17 @@ def render_plan(
     part: Callable[[list[dict[str, Any]]], list[dict[str, Any]]] = lambda pictures: pictures,
     *,
     again: bool = False,
+    threads: int = 0,
     tell: Tell = lambda line, done, total: None,
     log: Callable[..., None] = lambda event, **facts: None,
 ) -> Outcome:
     """Render the pictures of a plan that are not finished, or with `again` all of them, into the folder `pictures`
     beside the plan's folder.
 
-    part  chooses among the plan's pictures
-    tell  is called with a line after each picture, and with how many are done and wanted
-    log   is called with events and facts, for a log
+    part     chooses among the plan's pictures
+    threads  for rendering; 0: the scene's setting. With several, Cycles rounds a few pixels differently from run to run
+    tell     is called with a line after each picture, and with how many are done and wanted
+    log      is called with events and facts, for a log
 
     Raises Fault if the plan or its scene cannot be used."""
     plan = read_plan(path)
@@ -104,6 +115,8 @@ def render_plan(
         return outcome
     mesa.filter_as_cards_do()
     scene_sha256 = open_scene(scene)
+    if threads:
+        bpy.context.scene.render.threads_mode, bpy.context.scene.render.threads = "FIXED", threads
     base = Base.now()
     for picture in todo:
         start = time.monotonic()
@@ -250,23 +263,22 @@ def _duration(seconds: float) -> str:
 
 def main(arguments: list[str]) -> int:
     """Render the pictures of the plan that the arguments of start_worker.py name. Returns the exit status."""
-    words = iter(arguments)
-    paths, numbers, flags = [], {"--task": 0, "--per-task": 1}, set()
-    for word in words:
-        if word in numbers:
-            numbers[word] = int(next(words, "0"))
-        elif word in ("--again", "--openjd"):
-            flags.add(word)
-        else:
-            paths.append(Path(word))
-    task, per_task = numbers.values()
+    parser = argparse.ArgumentParser(prog="start_worker.py", description="Render the pictures of a job's plan.")
+    parser.add_argument("plan", type=Path, metavar="PLAN.json")
+    parser.add_argument("--task", type=int, metavar="N", help="only the N-th part, counted from 1; default: all")
+    parser.add_argument("--per-task", type=int, default=1, metavar="K", help="pictures of a part; default 1")
+    parser.add_argument("--threads", type=int, choices=range(THREADS_MAX + 1), default=0, metavar="N", help="0: all")
+    parser.add_argument("--again", action="store_true", help="render finished pictures too")
+    parser.add_argument("--openjd", action="store_true", help="report progress as Open Job Description wants it")
+    chosen = parser.parse_args(arguments)
+
+    def part(pictures: list[dict[str, Any]]) -> list[dict[str, Any]]:
+        return pictures if chosen.task is None else part_of(pictures, chosen.task, chosen.per_task)
+
     try:
-        if len(paths) != 1 or task < 0 or per_task < 1:
-            raise Fault("give a plan, and --task and --per-task from 1 on; start_worker.py has the usage")
         outcome = render_plan(
-            paths[0].resolve(), lambda all_of: part_of(all_of, task, per_task) if task else all_of,
-            again="--again" in flags, tell=progress_lines("--openjd" in flags),
-        )  # fmt: skip
+            chosen.plan.resolve(), part, again=chosen.again, threads=chosen.threads, tell=progress_lines(chosen.openjd)
+        )
     except Fault as fault:
         print(f"error: {fault}", file=sys.stderr)
         return 1

@@ -79,6 +79,10 @@ def template(job: Job, per_task: int) -> dict[str, Any]:
                 "name": "PicturesPerTask", "type": "INT", "minValue": per_task, "maxValue": per_task,
                 "default": per_task, "description": "Pictures of a task of Frames; another bundle has another.",
             },
+            {
+                "name": "Threads", "type": "INT", "minValue": 0, "maxValue": 1024, "default": 0,
+                "description": "Threads of one task of Frames; 0 for the scene's setting.",
+            },
         ],
         "steps": steps,
     }  # fmt: skip
@@ -138,7 +142,8 @@ def _frames_step(job: Job, per_task: int) -> dict[str, Any]:
     words = [
         "--background", "--factory-startup", "--python-exit-code", "1",
         "--python", "{{Param.ScriptsDir}}/" + _START,
-        "--", plan, "--task", "{{Task.Param.Part}}", "--per-task", "{{Param.PicturesPerTask}}", "--openjd",
+        "--", plan, "--task", "{{Task.Param.Part}}", "--per-task", "{{Param.PicturesPerTask}}",
+        "--threads", "{{Param.Threads}}", "--openjd",
     ]  # fmt: skip
     space = {
         "taskParameterDefinitions": [

@@ -19,6 +19,8 @@ const JOB_TYPE = {
           description: "Tasks for each grating" },
         { key: "pictures_per_task", type: "int32", required: true, default: DEFAULTS.pictures_per_task,
           propargs: { min: 1, max: 10000 }, description: "Pictures of a task" },
+        { key: "threads", type: "int32", required: true, default: 0, propargs: { min: 0, max: 1024 },
+          description: "Threads of a task; 0 for the scene's setting" },
         { key: "needs", type: "bool", required: false, default: DEFAULTS.needs,
           description: "Bake only the directions that the pictures show" },
     ],
@@ -49,7 +51,8 @@ function compileJob(job) {
         for (let part = 1; part <= settings.parts; part++) {
             const args = ["--background", "--factory-startup", "--python-exit-code", "1",
                 "--python", path.join(settings.scripts_dir, "addon/rendering/start_worker.py"), "--", plan,
-                "--task", String(part), "--per-task", String(settings.pictures_per_task)];
+                "--task", String(part), "--per-task", String(settings.pictures_per_task),
+                "--threads", String(settings.threads)];
             frames.push(blenderTask(job, `frames-${grating}-${part}`, args, [bake]));
         }
     }

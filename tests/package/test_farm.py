@@ -57,7 +57,7 @@ def folder(blender, tmp_path_factory) -> Path:
 def alone(blender, folder) -> Path:
     """The job's output by one process, which was killed once at its first picture and started again."""
     output = folder / "alone"
-    words = ("--background", "--command", "grating", "job", folder / "job.toml", "-o", output)
+    words = ("--background", "--command", "grating", "job", folder / "job.toml", "-o", output, "--threads", "1")
     variables = clean_environment(BLENDER_USER_RESOURCES=str(blender.user_folder))
     variables["NATURAL_GRATINGS_CACHE"] = str(blender.user_folder / "cache")
     line = [*blender.command, *map(str, words)]
@@ -115,7 +115,8 @@ def test_sessions_of_workers_without_the_extension_render_the_same(blender, fold
     template = bundle / "template.json"
     done(openjd("check", template))
     values = [
-        "-p", f"JobFile={folder / 'job.toml'}", "-p", f"OutputDir={output}", "-p", f"ScriptsDir={bundle / 'scripts'}"
+        "-p", f"JobFile={folder / 'job.toml'}", "-p", f"OutputDir={output}", "-p", f"ScriptsDir={bundle / 'scripts'}",
+        "-p", "Threads=1",
     ]  # fmt: skip
     done(openjd("run", template, *values, "-p", f"Blender={with_it}", "--step", "Bake"))
     names = ("blazed_dielectric", "blazed_mirror")

@@ -146,6 +146,15 @@ def test_faults_are_told_before_anything_is_rendered(addon, job, tmp_path, capfd
     assert not (tmp_path / "out" / "pictures").exists()
 
 
+def test_a_plan_of_another_version_is_refused(addon, job, tmp_path, capfd):
+    assert addon.commands.execute(["job", str(job), "--step", "bake"]) == 0
+    plan = tmp_path / "out" / "scenes" / "waves.json"
+    assert addon.worker.read_plan(plan)["pictures"][0]["name"] == NAMES[0]
+    plan.write_text(plan.read_text().replace('"denoise"', '"denoised"'))
+    assert addon.worker.main([str(plan)]) == 1
+    assert "another version of the extension made it); run the job's earlier steps again" in capfd.readouterr().err
+
+
 def test_an_animated_lamp_is_refused(addon, job, tmp_path, capfd):
     lamp = bpy.data.objects["Sun"]
     lamp.keyframe_insert("rotation_euler", frame=1)

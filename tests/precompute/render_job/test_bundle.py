@@ -87,6 +87,7 @@ def test_flamenco_s_tasks_are_those_of_the_template(bundle):
     values = {
         "{{Param.ScriptsDir}}": str(bundle / "scripts"), "{{Param.OutputDir}}": str(bundle.parent / "job"),
         "{{Task.Param.Grating}}": "skin", "{{Task.Param.Part}}": "3", "{{Param.PicturesPerTask}}": "2",
+        "{{Param.Threads}}": "0",
     }  # fmt: skip
     for text, value in values.items():
         words = [word.replace(text, value) for word in words]
