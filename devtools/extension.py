@@ -3,6 +3,7 @@
 
 import importlib
 import re
+import zipfile
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -36,6 +37,17 @@ def link_extension(user_folder: Path, wheels: bool = False) -> Path:
     for name in (*LINKED, "wheels") if wheels else LINKED:
         link(folder / name, ROOT / name)
     link(folder / "drafts", ROOT / "drafts")  # the link leads nowhere until `./dev build` makes the drafts
+    return folder
+
+
+def unpack_extension(package: Path, user_folder: Path) -> Path:
+    """Unpack a zip of `./dev build` into `user_folder` in place of link_extension's links. Returns the folder. The
+    wheels are left out, because the environment of a bpy wheel has the packages."""
+    folder = user_folder / "extensions" / "user_default" / "natural_gratings"
+    with zipfile.ZipFile(package) as archive:
+        archive.extractall(folder, [name for name in archive.namelist() if not name.startswith("wheels/")])
+    manifest = folder / "blender_manifest.toml"
+    manifest.write_text(WHEELS_LIST.sub("", manifest.read_text()))
     return folder
 
 

@@ -13,7 +13,7 @@ from types import ModuleType
 import pytest
 
 from devtools import EXTENSION
-from devtools.extension import AddonModules, link_extension
+from devtools.extension import AddonModules, link_extension, unpack_extension
 
 # Set before any test module imports NumPy. Two suites run at once with small matrix products, so threads would wait for
 # each other (test_efficiency.py: 12 s with one thread, 105 s with two, on two busy cores).
@@ -45,10 +45,14 @@ def pytest_unconfigure(config: pytest.Config) -> None:
 
 @pytest.fixture(scope="session")
 def extension() -> ModuleType:
-    """The working tree, enabled as bl_ext.user_default.natural_gratings in an empty user folder."""
+    """The working tree, enabled as bl_ext.user_default.natural_gratings in an empty user folder; or the zip that
+    $NATURAL_GRATINGS_ZIP names, so that any test of the add-on can try a package."""
     from devtools.blender_shim import show_hidden_packages
 
-    link_extension(USER_FOLDER)
+    if package := os.environ.get("NATURAL_GRATINGS_ZIP"):
+        unpack_extension(Path(package), USER_FOLDER)
+    else:
+        link_extension(USER_FOLDER)
     show_hidden_packages()
     import addon_utils
 
