@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The script that a worker of a farm runs, from the bundle of its job or from the extension's folder:
 
-    blender --background --factory-startup --python start_worker.py -- PLAN.json [OPTIONS]
+    blender --background --factory-startup --python start_worker.py --
+        PLAN.json [--task N] [--per-task K] [--threads N] [--again] [--openjd]
 
 The extension is not enabled there, and only the modules that worker.py imports are loaded. Nothing imports this
 file."""

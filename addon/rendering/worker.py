@@ -8,7 +8,6 @@ It skips pictures whose record says that they are finished, and tries a failed p
 appear whole, the record last, so a process may be killed at any moment. Exit statuses: 0 if every picture is there, 1
 if the plan or the scene cannot be used, 3 if pictures failed twice, 130 if it was interrupted."""
 
-import argparse
 import contextlib
 import hashlib
 import json
@@ -263,22 +262,17 @@ def _duration(seconds: float) -> str:
 
 def main(arguments: list[str]) -> int:
     """Render the pictures of the plan that the arguments of start_worker.py name. Returns the exit status."""
-    parser = argparse.ArgumentParser(prog="start_worker.py", description="Render the pictures of a job's plan.")
-    parser.add_argument("plan", type=Path, metavar="PLAN.json")
-    parser.add_argument("--task", type=int, metavar="N", help="only the N-th part, counted from 1; default: all")
-    parser.add_argument("--per-task", type=int, default=1, metavar="K", help="pictures of a part; default 1")
-    parser.add_argument("--threads", type=int, choices=range(THREADS_MAX + 1), default=0, metavar="N", help="0: all")
-    parser.add_argument("--again", action="store_true", help="render finished pictures too")
-    parser.add_argument("--openjd", action="store_true", help="report progress as Open Job Description wants it")
-    chosen = parser.parse_args(arguments)
-
-    def part(pictures: list[dict[str, Any]]) -> list[dict[str, Any]]:
-        return pictures if chosen.task is None else part_of(pictures, chosen.task, chosen.per_task)
-
     try:
+        path, numbers, flags = _options(arguments)
+
+        def part(pictures: list[dict[str, Any]]) -> list[dict[str, Any]]:
+            task = numbers["--task"]
+            return pictures if task is None else part_of(pictures, task, numbers["--per-task"] or 1)
+
         outcome = render_plan(
-            chosen.plan.resolve(), part, again=chosen.again, threads=chosen.threads, tell=progress_lines(chosen.openjd)
-        )
+            path.resolve(), part, again="--again" in flags, threads=numbers["--threads"] or 0,
+            tell=progress_lines("--openjd" in flags),
+        )  # fmt: skip
     except Fault as fault:
         print(f"error: {fault}", file=sys.stderr)
         return 1
@@ -286,3 +280,27 @@ def main(arguments: list[str]) -> int:
         return STOPPED
     print(outcome)
     return FAILED if outcome.failed else 0
+
+
+def _options(arguments: list[str]) -> tuple[Path, dict[str, int | None], set[str]]:
+    """The plan, the numbers by their options, and the flags. Raises Fault for anything else. A worker has no other
+    parser: argparse prints several lines for an error."""
+    plans: list[Path] = []
+    numbers: dict[str, int | None] = dict.fromkeys(("--task", "--per-task", "--threads"))
+    flags = set[str]()
+    words = iter(arguments)
+    for word in words:
+        if word in numbers:
+            value = next(words, "")
+            if not (value.isascii() and value.isdecimal() and len(value) < 8):
+                raise Fault(f"{word} {value!r:.40}: give a whole number")
+            numbers[word] = int(value)
+        elif word in ("--again", "--openjd"):
+            flags.add(word)
+        elif word.startswith("-"):
+            raise Fault(f"{word:.40}: no such option; there are {', '.join((*numbers, '--again', '--openjd'))}")
+        else:
+            plans.append(Path(word))
+    if len(plans) != 1 or (numbers["--threads"] or 0) > THREADS_MAX:
+        raise Fault(f"give one plan, and at most {THREADS_MAX} threads")
+    return plans[0], numbers, flags

@@ -36,6 +36,8 @@ _LINES = {
     "benchmark": ["--quick", "-o", "FOLDER/out"],
     "comb": ["FOLDER/none.npz", "-o", "FOLDER/out"],
     "unwrap": ["FOLDER/none.npz", "-o", "FOLDER/out"],
+    "job": ["FOLDER/none.toml", "--list"],
+    "cache": ["prune", "--dry-run"],
 }
 
 
@@ -43,6 +45,7 @@ def cases(count: int, seed: int, folder: Path) -> Iterator[Case]:
     """Yield `count` lines for each verb, and `count` lines with odd paths."""
     parsers = build_parser(tuple(_LINES), PACKAGES)._subparsers._group_actions[0].choices
     assert set(parsers) == set(_LINES)
+    parsers = parsers | {"cache": parsers["cache"]._subparsers._group_actions[0].choices["prune"]}
     for verb, parser in parsers.items():
         for number in range(count):
             draw = random.Random(f"{seed} {verb} {number}")

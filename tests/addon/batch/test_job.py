@@ -155,6 +155,16 @@ def test_a_plan_of_another_version_is_refused(addon, job, tmp_path, capfd):
     assert "another version of the extension made it); run the job's earlier steps again" in capfd.readouterr().err
 
 
+@pytest.mark.parametrize("words", [
+    [], ["a", "b"], ["a", "--task"], ["a", "--task", "x"], ["a", "--task", "-1"], ["a", "--threads", "1025"],
+    ["a", "--frames", "1"], ["a", "--task", "１"], ["a", "--per-task", "9" * 400],
+])  # fmt: skip
+def test_a_worker_refuses_other_words_in_one_line(addon, capfd, words):
+    assert addon.worker.main(words) == 1
+    (line,) = capfd.readouterr().err.splitlines()
+    assert line.startswith("error: ") and len(line) < 200
+
+
 def test_an_animated_lamp_is_refused(addon, job, tmp_path, capfd):
     lamp = bpy.data.objects["Sun"]
     lamp.keyframe_insert("rotation_euler", frame=1)

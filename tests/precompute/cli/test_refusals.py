@@ -131,13 +131,6 @@ def test_a_json_file_that_cannot_be(refused, scan, tmp_path, verb):
         refused(*lines_of(verb, scan, tmp_path, *PICTURE, *quick, "--progress", "none", "--json", target))
 
 
-def test_a_name_that_is_too_long_for_a_bake(refused, scan, tmp_path):
-    """File systems limit names to 255 bytes. The sample set's name is 10 bytes longer than the scan's stem."""
-    long = scan.with_name("s" * 247 + ".png")
-    scan.rename(long)
-    refused("bake", long, *PICTURE, *SHORT, "--delta-e", "5", "-o", tmp_path / "out", "--progress", "none")
-
-
 def test_bakes_that_are_none(refused, small_bake, tmp_path):
     out = tmp_path / "map.png"
     assert "height map" in refused("map", small_bake, "-o", out, "--method", "reference")
