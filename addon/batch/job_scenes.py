@@ -29,7 +29,7 @@ from ...precompute.render_job.pictures import (
     plan_of,
     recipe_of_plan,
     write_record,
-)  # fmt: skip
+)
 from ...precompute.surface.height_map import is_synthetic
 from ..gratings.grating import Grating, active_grating
 from ..materials.skin import SETTABLE
@@ -62,7 +62,7 @@ def plan_path(job: Job, name: str) -> Path:
 
 def make_scene(job: Job, name: str, progress: Progress) -> Path:
     """Make one of a job's scenes and its plan, unless they are there and what they depend on is the same. Returns the
-    plan's path. Raises GratingError if the scene cannot be made; a former one stays then."""
+    plan's path. Raises GratingError if the scene cannot be made, or if a picture asks for what it lacks."""
     path = plan_path(job, name)
     surface = next((each for each in job.surfaces if each.name == name), None)
     pictures = pictures_of(job, name)
@@ -73,6 +73,7 @@ def make_scene(job: Job, name: str, progress: Progress) -> Path:
         _open(job, surface)
         if surface is not None:
             _put_on(job, surface, pictures, progress)
+        path.unlink(missing_ok=True)  # a plan beside another scene would be believed
         _save(path.with_suffix(".blend"))
         _check(pictures)  # last, because it changes the open scene
     request = None if surface is None else surface.request.as_dict()

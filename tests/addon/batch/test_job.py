@@ -143,7 +143,7 @@ def test_faults_are_told_before_anything_is_rendered(addon, job, tmp_path, capfd
     assert addon.commands.execute(["job", str(job)]) == 1
     (line,) = [line for line in capfd.readouterr().err.splitlines() if line.startswith("error:")]
     assert told in line
-    assert not (tmp_path / "out" / "pictures").exists()
+    assert not (tmp_path / "out" / "pictures").exists() and not list((tmp_path / "out").glob("scenes/*.json"))
 
 
 def test_a_plan_of_another_version_is_refused(addon, job, tmp_path, capfd):

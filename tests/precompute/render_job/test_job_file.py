@@ -8,7 +8,7 @@ import pytest
 from precompute.base.failure import GratingError
 from precompute.render_job.frame_ranges import parse_frames
 from precompute.render_job.job_file import EXAMPLE, plain_name, read_job
-from precompute.render_job.pictures import PLAN_FORMAT, pictures_of, plan_of, scene_names
+from precompute.render_job.pictures import PLAN_FORMAT, pictures_of, plan_of, recipe_of_plan, scene_names, write_record
 
 THUMBNAILS = """
 output = "thumbnails"
@@ -80,6 +80,16 @@ def test_a_grating_of_several_matters_is_several_surfaces(written):
     assert (first.name, str(first.request.matter)) == ("cd_gold", "gold")
     assert second.name == "cd_6x_1.68_80nm_1.56_90nm_1.56"
     assert first.request.scans == second.request.scans
+
+
+def test_a_long_plan_keeps_its_recipe(written, tmp_path):
+    """4,000 pictures take more than 1 MiB; a scene is not made again for that."""
+    pictures = pictures_of(written('scene = "a.blend"\n[pictures]\nframes = "1-4000"'), "scene")
+    plan = tmp_path / "scene.json"
+    write_record(plan, plan_of("scene.blend", "recipe", pictures, made_by={}))
+    assert plan.stat().st_size > 1 << 20 and recipe_of_plan(plan) is None
+    (tmp_path / "scene.blend").touch()
+    assert recipe_of_plan(plan) == "recipe"
 
 
 def test_eevee_has_one_seed(written):
