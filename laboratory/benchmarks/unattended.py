@@ -114,7 +114,8 @@ def same_scenes(folder: Path, arguments: argparse.Namespace) -> dict:
 def _rendered(path: Path, output: Path, options: list[str], *, factory: bool) -> Path:
     """Render a scene small, in a process of its own. Returns the picture."""
     words = ["--background", *(["--factory-startup"] if factory else []), *options]
-    shot = ["--python-expr", _SMALL, "-o", f"{output}_", "-F", "PNG", "-f", str(_COMPARE_FRAME)]
+    # With one thread, because Cycles rounds a few pixels differently from run to run with several.
+    shot = ["--threads", "1", "--python-expr", _SMALL, "-o", f"{output}_", "-F", "PNG", "-f", str(_COMPARE_FRAME)]
     profile = output.parent / ("empty" if factory else "profile")
     if not factory:
         link_extension(profile)
