@@ -105,7 +105,7 @@ def _set_lamp(state: Mapping[str, Any], base: Base) -> None:
         centre = _middle(_object(state["around"]))
         place = centre + (place - centre).length * towards
     elif lamp.data.type != "SUN":
-        raise Fault(f"{lamp.name}: a lamp that is no sun goes round an object; name it as `around`")
+        raise Fault(f"{lamp.name}: `around` is missing; name the object that this lamp goes round")
     # A lamp shines along its -Z axis.
     lamp.matrix_world = Matrix.LocRotScale(place, towards.to_track_quat("Z", "Y"), scale)
 

@@ -198,7 +198,7 @@ def test_a_lamp_goes_round_an_object_at_its_distance(addon, job):
         assert tuple(lamp.matrix_world.col[2].xyz.normalized()) == pytest.approx(np.array(place) / 5, abs=1e-6)
         assert lamp.data.energy == 2.0
     setup.set_up(picture | {"lamps": []}, base)
-    with pytest.raises(setup.Fault, match="a lamp that is no sun goes round an object"):
+    with pytest.raises(setup.Fault, match="`around` is missing; name the object"):
         setup.set_up(picture | {"lamps": [state | {"around": None}]}, base)
 
 
