@@ -72,7 +72,7 @@ def _run(job: Job, names: list[str], arguments: argparse.Namespace) -> int:
             if step == "frames":
                 failed = _render(job, names, arguments, log)
             elif step == "sheet":
-                print(job_verb.write_contact_sheet(job))
+                _join(job, is_asked_for=arguments.step is not None)
             elif step == "bake" or job.needs:
                 for name in names:
                     (make_scene if step == "bake" else measure)(job, name, _progress_of(name))
@@ -119,6 +119,16 @@ def _tell_of_all(tell: worker.Tell, line: str, done: int, _: int, *, before: int
 def _part(arguments: argparse.Namespace, pictures: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """The pictures of the task, or all."""
     return pictures if arguments.task is None else worker.part_of(pictures, arguments.task, arguments.per_task)
+
+
+def _join(job: Job, *, is_asked_for: bool) -> None:
+    """Write the contact sheet. At the end of a whole job it is an extra, so without Pillow it is left out."""
+    try:
+        print(job_verb.write_contact_sheet(job))
+    except GratingError as error:
+        if is_asked_for:
+            raise
+        _print(f"no contact sheet: {error}")
 
 
 def _progress_of(name: str) -> Progress:

@@ -131,8 +131,9 @@ def test_sessions_of_workers_without_the_extension_render_the_same(blender, fold
     told = [done(session) for session in sessions]
     assert all("openjd_progress: 100.0" in one for one in told)
     assert not list(bare.user_folder.glob("extensions/user_default/*"))
-    done(openjd("run", template, *values, "-p", f"Blender={with_it}", "--step", "ContactSheet"))
-    assert (output / "contact_sheet.png").is_file()
+    told, _ = openjd("run", template, *values, "-p", f"Blender={with_it}", "--step", "ContactSheet").communicate()
+    # The Blender of a distribution may lack Pillow.
+    assert (output / "contact_sheet.png").is_file() != ("error: Pillow: there is none" in told), told
 
     pictures = sorted(path.stem for path in (output / "pictures").glob("*.exr"))
     assert len(pictures) == COUNT

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`job`: a scene's pictures are all rendered, none twice, and each with its record."""
 
+import importlib
 import json
 
 import bpy
@@ -77,6 +78,21 @@ def test_all_pictures_are_rendered_once(addon, job, tmp_path, capfd):
     assert [name for event, name in later if event == "rendered"] == [NAMES[2]]
     assert [name for event, name in later if event == "finished before"] == [NAMES[0], NAMES[1], NAMES[3]]
     assert (tmp_path / "out" / "scenes" / "waves.blend").stat().st_mtime_ns == scene
+
+
+def test_without_pillow_a_job_leaves_out_its_contact_sheet(addon, job, tmp_path, monkeypatch, capfd):
+    """The pictures are rendered all the same. The step alone is an error."""
+
+    verb = importlib.import_module(f"{addon.package.__name__.rpartition('.')[0]}.precompute.cli.job_verb")
+
+    def missing(*_):
+        raise verb.GratingError("Pillow", "there is none for Python 3.14", "install it")
+
+    monkeypatch.setattr(verb, "write_sheet", missing)
+    assert addon.commands.execute(["job", str(job)]) == 0
+    assert "no contact sheet: Pillow: there is none for Python 3.14; install it" in capfd.readouterr().err
+    assert len(list((tmp_path / "out" / "pictures").glob("*.png"))) == 4
+    assert addon.commands.execute(["job", str(job), "--step", "sheet"]) == 1
 
 
 def test_a_changed_job_renders_what_changed(addon, job, tmp_path):
