@@ -24,8 +24,7 @@ from ...precompute.render_job.job_file import Job
 from ...precompute.render_job.job_log import Log
 from ...precompute.render_job.pictures import LOGS, PICTURES, scene_names
 from ..rendering import worker
-from ..rendering.picture_setup import Fault
-from .job_scenes import make_scene, measure, plan_path, remove_partial
+from .job_scenes import faults_as_errors, make_scene, measure, plan_path, remove_partial
 
 _STEPS = ("needs", "bake", "frames", "sheet")
 
@@ -91,7 +90,7 @@ def _chosen(job: Job, only: str | None) -> list[str]:
 def _render(job: Job, names: list[str], arguments: argparse.Namespace, log: Log) -> bool:
     """Render the pictures of some scenes. Returns whether one failed. Raises GratingError if a scene is missing."""
     tell, whole = worker.progress_lines(False), worker.Outcome()
-    try:
+    with faults_as_errors():
         paths = [plan_path(job, name) for name in names]
         plans = [(path, len(_part(arguments, worker.read_plan(path)["pictures"]))) for path in paths]
         total, before = sum(wanted for _, wanted in plans), 0
@@ -102,8 +101,6 @@ def _render(job: Job, names: list[str], arguments: argparse.Namespace, log: Log)
                 tell=tell_of_all, log=log,
             )  # fmt: skip
             whole, before = whole + outcome, before + wanted
-    except Fault as fault:
-        raise GratingError("", str(fault), "") from fault
     print(whole)
     if whole.failed:
         told = ", ".join(whole.failed[:5]) + (", ..." if whole.failed[5:] else "")

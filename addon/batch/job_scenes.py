@@ -2,12 +2,12 @@
 """Makes the scenes of a render job: .blend files that hold their bakes, so that a worker renders them without the
 extension, each beside the plan of its pictures."""
 
-import hashlib
+import contextlib
 import json
 import secrets
 import sys
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
@@ -82,19 +82,20 @@ def make_scene(job: Job, name: str, progress: Progress) -> Path:
     return path
 
 
-def measure(job: Job, name: str, progress: Progress) -> Path:
-    """Measure what the pictures of one of a job's scenes need of its bake. Writes them into the folder `needs`, unless
-    they are there and what they depend on is the same. Returns the file's path. Raises GratingError as make_scene."""
+def measure(job: Job, name: str, progress: Progress) -> Needs:
+    """What the pictures of one of a job's scenes need of its bake. They are measured and written into the folder
+    `needs`, unless they are there and what they depend on is the same. Raises GratingError as make_scene."""
     surface = next(each for each in job.surfaces if each.name == name)
     path, pictures = job.output / NEEDS / f"{name}.json", pictures_of(job, name)
     recipe = hash_of(_recipe(job, surface, pictures))
-    if _measured(path, recipe) is None:
+    needs = _measured(path, recipe)
+    if needs is None:
         _open(job, surface)
         needs = _needs(pictures, _put(job, surface, EVERYTHING, progress), progress)
         with told_of(path):
             path.parent.mkdir(parents=True, exist_ok=True)
         write_record(path, {"recipe": recipe, "needs": needs.as_dict()})
-    return path
+    return needs
 
 
 def _measured(path: Path, recipe: str) -> Needs | None:
@@ -119,8 +120,7 @@ def _recipe(job: Job, surface: Surface | None, pictures: Sequence[Picture]) -> l
 
 def _sha256(path: Path) -> str:
     try:
-        with path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
+        return worker.sha256_of(path)
     except OSError as error:
         fault = f"cannot be read ({error.strerror or error})"
         raise GratingError(path, fault, "correct its path in the job") from error
@@ -129,10 +129,8 @@ def _sha256(path: Path) -> str:
 def _open(job: Job, surface: Surface | None) -> None:
     """Open the job's scene, or make the one in which Show Me shows the surface's preset."""
     if job.scene is not None:
-        try:
+        with faults_as_errors():
             worker.open_scene(job.scene)
-        except Fault as fault:
-            raise GratingError("", str(fault), "") from fault
         return
     if surface is None or surface.preset is None:
         raise GratingError(job.path, "it names neither a scene nor a preset", 'add scene = "FILE.blend"')
@@ -152,8 +150,7 @@ def _put_on(job: Job, surface: Surface, pictures: Sequence[Picture], progress: P
     if not job.needs:
         _put(job, surface, EVERYTHING, progress)
         return
-    path = measure(job, surface.name, progress)
-    needs = needs_of(read_json(path, "run the job again")["needs"], str(path))
+    needs = measure(job, surface.name, progress)
     _open(job, surface)
     _put(job, surface, needs, progress)
 
@@ -192,8 +189,15 @@ def _needs(pictures: Sequence[Picture], grating: Grating, progress: Progress) ->
 
 
 def _look(picture: dict[str, Any], base: Base) -> None:
-    try:
+    with faults_as_errors():
         set_up(picture, base)
+
+
+@contextlib.contextmanager
+def faults_as_errors() -> Iterator[None]:
+    """Turn a Fault of the worker, which knows no GratingError, into one."""
+    try:
+        yield
     except Fault as fault:
         raise GratingError("", str(fault), "") from fault
 

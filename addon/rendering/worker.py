@@ -117,9 +117,9 @@ def render_plan(
     if threads:
         bpy.context.scene.render.threads_mode, bpy.context.scene.render.threads = "FIXED", threads
     base = Base.now()
+    facts = {"scene_sha256": scene_sha256, "scene": plan["scene"], "made_by": plan["made_by"]}
     for picture in todo:
         start = time.monotonic()
-        facts = {"scene_sha256": scene_sha256, "scene": plan["scene"], "made_by": plan["made_by"]}
         failure = _try(picture, base, folder, facts=facts, log=log)
         seconds = time.monotonic() - start
         (outcome.failed if failure else outcome.rendered).append(picture["name"])
@@ -149,7 +149,7 @@ def _try(
 def open_scene(path: Path) -> str:
     """Open a scene, and return its file's SHA-256. Raises Fault if it cannot be opened."""
     try:
-        digest = _sha256(path)
+        digest = sha256_of(path)
         bpy.ops.wm.open_mainfile(filepath=str(path), load_ui=False)
     except (OSError, RuntimeError) as error:
         told = " ".join(str(error).split()).removeprefix("Error: ")
@@ -180,7 +180,7 @@ def render(picture: Mapping[str, Any], base: Base, folder: Path, *, facts: Mappi
         compat.write_pictures(settings, "PNG")
         settings.color_depth = "8"
         bpy.data.images["Render Result"].save_render(str(png), scene=scene)
-        files = {one.name: {"bytes": one.stat().st_size, "sha256": _sha256(one)} for one in (exr, png)}
+        files = {one.name: {"bytes": one.stat().st_size, "sha256": sha256_of(one)} for one in (exr, png)}
         record = {
             "picture": dict(picture), **facts, "files": files,
             "versions": {"blender": bpy.app.version_string, "python": platform.python_version()},
@@ -200,7 +200,7 @@ def is_finished(folder: Path, picture: Mapping[str, Any]) -> bool:
     try:
         record = json.loads((folder / f"{picture['name']}.json").read_text(encoding="utf-8"))
         return record["picture"]["id"] == picture["id"] and all(
-            (folder / name).stat().st_size == file["bytes"] and _sha256(folder / name) == file["sha256"]
+            (folder / name).stat().st_size == file["bytes"] and sha256_of(folder / name) == file["sha256"]
             for name, file in record["files"].items()
         )
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
@@ -232,7 +232,8 @@ def remove_partial(folder: Path) -> None:
         shutil.rmtree(left, ignore_errors=True)
 
 
-def _sha256(path: Path) -> str:
+def sha256_of(path: Path) -> str:
+    """The SHA-256 of a file, in hexadecimal. Raises OSError if it cannot be read."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
