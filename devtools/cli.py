@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NoReturn
 
-from . import ROOT, DevError, blender, chroot, environments, machine, packages, release, suites, walk
+from . import ROOT, DevError, blender, chroot, environments, machine, mutants, packages, release, suites, walk
 from .environments import ALL, LINT, PY311, Environment
 from .steps import become, clean_environment, project_environment
 
@@ -21,7 +21,8 @@ VERBS_HELP = """\
 verbs:
   demo [--output DIR]     the main job: bakes a scan, maps it and renders it on a snake, with a report
   scenes [--output DIR]   writes the sample scenes as .blend files, with pictures
-  test [PYTEST ARGS]      runs every test that CI runs; a path under tests/ chooses suites
+  test [PYTEST ARGS]      runs every test that CI runs; --all adds those of the night; a path under tests/ chooses
+  mutants [NAME ...]      puts single faults into a copy, and lists those that no test notices
   lint [--fix]            checks rules and formatting with ruff, types with mypy
   bench [ARGS]            runs the benchmarks of laboratory/benchmarks/
   build [--output DIR]    builds and validates the extension's zip for each platform
@@ -71,13 +72,26 @@ def _run_scenes(verb: str, description: str, options: argparse.Namespace, argume
 
 def test(options: argparse.Namespace, arguments: list[str]) -> int:
     if {"-h", "--help"} & set(arguments):
-        print("usage: ./dev [--bpy 4.5|5.2] [--blender PATH] test [PATH ...] [PYTEST OPTIONS]\n")
+        print("usage: ./dev [--bpy 4.5|5.2] [--blender PATH] test [--all] [--clock] [PATH ...] [PYTEST OPTIONS]\n")
+        print("Without --all and paths: the short set, which CI runs. A path runs all of its tests.")
+        print("--clock writes seconds of each test and phase into .env/reports/SUITE.clock, a JSON object a line.")
         print("Suites, each in each environment it is for: " + ", ".join(suites.FOLDERS))
         return 0
     binary = blender.require_binary(options.blender) if options.blender else blender.find_binary()
     machine.ensure_blender_libraries()
     found = environments.ensure(*([chosen(options)] if options.bpy else ALL))
     return suites.run(found, arguments, binary)
+
+
+def try_mutants(_: argparse.Namespace, arguments: list[str]) -> int:
+    parser = verb_parser("mutants", "Puts one fault at a time into a copy of the last commit, and runs its tests.")
+    parser.add_argument("name", nargs="*", help="a part of a mutant's name; default: all")
+    parser.add_argument("--list", action="store_true", help="list the mutants, and run none")
+    own = parser.parse_args(arguments)
+    if own.list:
+        print("\n".join(mutant.name for mutant in mutants.named(own.name)))
+        return 0
+    return mutants.run(own.name)
 
 
 def lint(_: argparse.Namespace, arguments: list[str]) -> int:
@@ -203,6 +217,7 @@ VERBS: dict[str, Callable[[argparse.Namespace, list[str]], int]] = {
     "demo": demo,
     "scenes": scenes,
     "test": test,
+    "mutants": try_mutants,
     "lint": lint,
     "bench": bench,
     "build": build,

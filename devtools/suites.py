@@ -33,23 +33,19 @@ FOLDERS = tuple(dict.fromkeys(name for name, _ in SUITES))
 # tests of readers and files use Pillow and OpenEXR. Others mix single and double precision, for which NumPy 2 has new
 # promotion rules. The golden bake covers all of precompute.
 PRECOMPUTE_AGAIN = ("surface", "table", "maths", "colour", "spectra", "bake/test_golden.py", "bake/test_cache.py")
-# Renders that also run in the older Blender: one for each kind of node, lamp and shader, and everything that appends,
-# links, saves, undoes or follows. The other renders are sums over the same nodes.
-RENDER_AGAIN = (
-    "test_plane.py", "test_lamps.py", "test_hidden_lamps.py", "test_direction_source.py", "test_kept.py",
-    "test_brought_over.py", "test_added_and_removed.py", "test_data_pictures.py", "test_shadows.py",
-    "test_osl.py", "test_osl_direct.py", "test_osl_reference.py", "test_diffraction_lamp.py", "test_bounces.py",
+# What a short run tests in the older Blender: what differs between versions. One test or more for each kind of node,
+# lamp and shader, and what appends, links, saves, undoes and follows. The night runs all of it.
+RENDER_SHORT = (
+    "test_plane.py", "test_lamps.py", "test_shadows.py", "test_osl.py", "test_osl_direct.py", "test_osl_reference.py",
+    "test_kept.py", "test_brought_over.py", "test_data_pictures.py",
 )  # fmt: skip
-# Tests of the add-on that the older Blender skips: arrays and texts that are the same in every version, and long
-# sequences of operators and properties that other tests use one by one in both versions.
-ADDON_ONCE = (
-    "sample_scenes", "snakes", "laboratory", "jobs", "lamps/test_brightest_lamps.py", "materials/test_lies.py",
-    "nodes/test_eevee_constants.py", "operators/test_drop.py", "ui/test_levelling.py", "workflow/test_several.py",
-    "workflow/test_varying.py", "workflow/test_when_still.py",
+ADDON_SHORT = (
+    "blender", "materials", "nodes", "lamps", "batch", "operators/test_registering.py", "operators/test_operators.py",
+    "workflow/test_assigning.py", "workflow/test_other_version.py", "workflow/test_library_overrides.py",
 )  # fmt: skip
-# Suites that run only these parts in an environment, and suites that skip these parts.
-AGAIN = {("precompute", PY313): PRECOMPUTE_AGAIN, ("render", PY311): RENDER_AGAIN}
-ONCE = {("addon", PY311): ADDON_ONCE}
+# Suites that run only these parts in an environment, always or in a short run.
+AGAIN = {("precompute", PY313): PRECOMPUTE_AGAIN}
+SHORT = {("render", PY311): RENDER_SHORT, ("addon", PY311): ADDON_SHORT}
 
 
 @dataclass(frozen=True)
@@ -109,7 +105,10 @@ def run_suite(
     say(f"tests: {title}")
     report = ENVIRONMENTS / "reports" / f"{name}-{environment.name}.xml"
     report.parent.mkdir(parents=True, exist_ok=True)
-    report.unlink(missing_ok=True)
+    clock_file = report.with_suffix(".clock")
+    for old in (report, clock_file):
+        old.unlink(missing_ok=True)
+    variables = variables | {"NATURAL_GRATINGS_CLOCK": str(clock_file)}
     command = [environment.python, "-m", "pytest", *targets, f"--junitxml={report}", "--durations=12", *options]
     start = time.monotonic()
     with subprocess.Popen(
@@ -129,17 +128,15 @@ def run_suite(
     return Result(title, status, time.monotonic() - start, **counts(report))
 
 
-def targets_of(name: str, environment: Environment, paths: list[Path]) -> list[Path]:
+def targets_of(name: str, environment: Environment, paths: list[Path], *, short: bool) -> list[Path]:
     """The given paths in the suite's folder. Without given paths, the whole folder, or in some environments a part
-    (AGAIN, ONCE)."""
+    (AGAIN, and in a short run SHORT)."""
     folder = ROOT / "tests" / name
-    if paths and ROOT / "tests" not in paths:
+    if paths:
         return [path for path in paths if path.is_relative_to(folder)]
-    if (name, environment) in AGAIN:
-        return [folder / part for part in AGAIN[name, environment]]
-    skipped = [folder / part for part in ONCE.get((name, environment), ())]
-    if skipped:
-        return [file for file in test_files(folder) if not any(file.is_relative_to(part) for part in skipped)]
+    parts = (AGAIN | SHORT if short else AGAIN).get((name, environment))
+    if parts:
+        return [folder / part for part in parts]
     return [folder] if test_files(folder) else []
 
 
@@ -154,13 +151,18 @@ def print_summary(results: list[Result]) -> None:
 
 
 def run(environments: Sequence[Environment], arguments: Sequence[str], blender: Path | None) -> int:
-    """Run the suites that `arguments` name, by default all. Returns 0 if every suite passed, else 1."""
-    paths, options = split_arguments(arguments)
+    """Run the suites that `arguments` name, by default the short set of each, or with --all everything. Returns 0 if
+    every suite passed, else 1."""
+    own = {"--all", "--clock"} & set(arguments)
+    paths, options = split_arguments([argument for argument in arguments if argument not in own])
+    paths = [path for path in paths if path != ROOT / "tests"]
+    short = not paths and "--all" not in own
+    options += ["--short"] * short + ["-p", "devtools.clock"] * ("--clock" in own)
     variables = {"NATURAL_GRATINGS_BLENDER": str(blender)} if blender else {}
     wanted = [
         (name, environment, targets)
         for name, environment in SUITES
-        if environment in environments and (targets := targets_of(name, environment, paths))
+        if environment in environments and (targets := targets_of(name, environment, paths, short=short))
     ]
     suites = [partial(run_suite, *each, options=options, variables=variables) for each in wanted]
     results = run_together(suites, workers=2)

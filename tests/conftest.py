@@ -24,6 +24,28 @@ os.environ["BLENDER_USER_RESOURCES"] = str(USER_FOLDER)
 os.environ["NATURAL_GRATINGS_CACHE"] = str(USER_FOLDER / "cache")
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--short", action="store_true", help="leave out the tests and cases of the night")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """In a short run, leave out what is marked `night`, and of a test marked `short` the cases that it does not
+    name."""
+    if not config.getoption("--short"):
+        return
+    late = [item for item in items if is_for_the_night(item)]
+    config.hook.pytest_deselected(items=late)
+    items[:] = [item for item in items if item not in set(late)]
+
+
+def is_for_the_night(item: pytest.Item) -> bool:
+    """Whether a short run leaves the test or its case out."""
+    kept = item.get_closest_marker("short")
+    return item.get_closest_marker("night") is not None or (
+        kept is not None and not any(part in item.name for part in kept.args)
+    )
+
+
 # The exit status of the tests.
 _ended_with = pytest.StashKey[int]()
 

@@ -96,6 +96,7 @@ def done(process: subprocess.Popen) -> str:
     return output
 
 
+@pytest.mark.short("bpy-5.2")
 def test_no_picture_is_rendered_twice(alone):
     """Killed and started again. The kill may come after a picture's record and before its line in the log."""
     lines = [line for log in alone.glob("logs/*.jsonl") for line in log.read_text().splitlines()]
@@ -105,6 +106,7 @@ def test_no_picture_is_rendered_twice(alone):
     assert not list(alone.glob("pictures/.*")), "nothing is left of the killed process"
 
 
+@pytest.mark.short("bpy-5.2")
 def test_sessions_of_workers_without_the_extension_render_the_same(blender, folder, alone, tmp_path):
     pytest.importorskip("openjd.cli", reason="openjd-cli is in one environment")
     output, bundle = tmp_path / "out", tmp_path / "bundle"

@@ -47,6 +47,7 @@ def test_commands_of_the_installed_extension_answer(blender):
     assert "grating" in blender.run("--background", "--command", "help")
 
 
+@pytest.mark.short("bpy-5.2")
 def test_installed_extension_runs_nothing_of_the_working_folder(blender, tmp_path):
     """Neither Blender nor the baking process runs it."""
     (tmp_path / "folder").mkdir()
@@ -58,6 +59,7 @@ def test_installed_extension_runs_nothing_of_the_working_folder(blender, tmp_pat
 
 
 @pytest.mark.parametrize("lights", ["lamps", "rest", "all"])
+@pytest.mark.short("4.5-lamps", "lamps-bpy-4.5", "5.2-rest", "rest-bpy-5.2", "binary-all", "all-binary")
 def test_installed_extension_bakes_assigns_and_renders(blender, tmp_path, lights):
     """The file also renders the same in an empty user folder, without the extension and with auto-run off: with lamps
     alone, and by closures with a sky and its sun."""

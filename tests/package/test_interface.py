@@ -65,6 +65,7 @@ def test_pressed_saved_and_reopened_without_the_extension(display, blender, tmp_
             assert np.abs(here - dull).max() > 0.1, "no diffraction in the picture"
 
 
+@pytest.mark.night("test_pressed_saved_and_reopened_without_the_extension")
 def test_the_artists_walk(blender, tmp_path):
     """Each station asserts what it shows and leaves a picture that is not empty."""
     if shutil.which("Xvfb") is None:
@@ -137,6 +138,7 @@ def test_a_world_is_fitted_beside_the_artists_work(display, blender, tmp_path):
 
 
 @pytest.mark.parametrize(("file", "name"), [("formats/st_di-3.di", "skin.spm"), ("nanosurf/grid.nid", "grid.nid")])
+@pytest.mark.short("grid.nid")
 def test_a_scan_is_dropped_previewed_levelled_baked_and_undone(blender, shared_data, tmp_path, file, name):
     if shutil.which("Xvfb") is None:
         pytest.skip("no Xvfb: on Debian the package xvfb brings it")

@@ -36,6 +36,7 @@ def installed(empty_blender, built):
 
 
 @pytest.mark.parametrize("module", PACKAGES)
+@pytest.mark.short("bpy-5.2-OpenEXR", "OpenEXR-bpy-5.2", "4.5-PIL", "PIL-bpy-4.5", "xatlas")
 def test_the_extension_without_a_package_is_enabled_and_says_so_once(installed, without_packages, tmp_path, module):
     shutil.copytree(installed.user_folder, tmp_path / "user", symlinks=True)
     remove_package(tmp_path / "user", module)

@@ -208,6 +208,7 @@ def other_checkout(tmp_path):
     return folder
 
 
+@pytest.mark.night("test_two_builds_are_the_same_bytes")
 def test_another_checkout_builds_the_same_bytes(built, other_checkout, tmp_path):
     """It bakes one of the drafts again, without the cache. On another kind of processor its table would differ in the
     last bits, as docs/packages.md says."""

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Interrupting `./dev test`: its suites end, and no further suite starts."""
+"""`./dev test` and `./dev mutants`: an interrupt ends all suites, and what the sets and the mutants name exists."""
 
+import re
 import signal
 import subprocess
 import sys
@@ -8,7 +9,7 @@ import time
 
 import pytest
 
-from devtools import ROOT, suites
+from devtools import ROOT, mutants, suites
 from devtools.steps import project_environment
 
 # A test that reports when it begins and when it is cleaned up.
@@ -35,8 +36,8 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 folder = Path(sys.argv[1])
 one = SimpleNamespace(python=Path(sys.executable), python_version="3", blender_version="4", name="one")
 suites.ENVIRONMENTS, suites.SUITES = folder, tuple((f"suite{number}", one) for number in range(4))
-suites.targets_of = lambda *_: [folder / "test_slow.py"]
-cli.VERBS["test"] = lambda *_: suites.run([one], ["-p", "no:cacheprovider"], None)
+suites.targets_of = lambda *_, **__: [folder / "test_slow.py"]
+cli.VERBS["test"] = lambda *_: suites.run([one], ["--all", "-p", "no:cacheprovider"], None)
 sys.exit(cli.main(["test"]))
 """
 
@@ -56,7 +57,27 @@ def test_suites_end_and_no_other_begins(tmp_path, number):
     assert len(list(tmp_path.glob("began-*"))) == len(list(tmp_path.glob("ended-*"))) == 2
 
 
-def test_the_parts_that_an_environment_runs_or_skips_are_there():
-    for (name, _), parts in (suites.AGAIN | suites.ONCE).items():
+def test_the_parts_that_an_environment_runs_are_there():
+    for (name, _), parts in (suites.AGAIN | suites.SHORT).items():
         for part in parts:
             assert (ROOT / "tests" / name / part).exists(), f"devtools/suites.py: tests/{name}/{part}"
+
+
+def test_the_cheaper_tests_of_the_night_are_there():
+    texts = {path: path.read_text() for path in (ROOT / "tests").rglob("test_*.py")}
+    marks = [
+        (path, name) for path, text in texts.items() for name in re.findall(r"^@?.*mark\.night\((.*)\)$", text, re.M)
+    ]
+    assert marks
+    for path, name in marks:
+        named = name.strip('"')
+        there = (ROOT / named).exists() if named.startswith("tests/") else f"def {named}(" in texts[path]
+        assert there, f"{path}: night({name})"
+
+
+def test_each_mutant_s_text_and_tests_are_there():
+    for mutant in mutants.MUTANTS:
+        text = (ROOT / mutant.file).read_text()
+        assert mutants.text_with(mutant, text) != text
+        for test in mutant.tests:
+            assert (ROOT / "tests" / test).exists(), f"{mutant.name}: tests/{test}"

@@ -3,6 +3,7 @@
 
 import subprocess
 import sys
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
@@ -28,12 +29,14 @@ def _filtered_as_by_cards(extension) -> None:
 
 @dataclass
 class Stage:
-    """A scene under construction, the folder for its pictures, and the pixel filter's kind and width."""
+    """A scene under construction, the folder for its pictures, the pixel filter's kind and width, and whether EEVEE
+    renders the lamps' shadow maps: without a graphics card they take most of a small picture's time."""
 
     addon: SimpleNamespace
     folder: object
     scene: object
     filter: tuple[str, float] = ("BOX", 0.01)
+    shadow_maps: bool = False
 
     def add(self, name, data, location=(0, 0, 0), *, rotation=(0, 0, 0), scale=(1, 1, 1), collection=None):
         """Add an object for the data."""
@@ -100,10 +103,29 @@ class Stage:
         else:
             settings.engine = self.addon.compat.eevee_engine()
             scene.eevee.taa_render_samples = samples
+            scene.eevee.use_shadows = self.shadow_maps
         path = self.folder / f"{name}.exr"
         settings.filepath = str(path)
-        bpy.ops.render.render(write_still=True)
+        with self._dark_world():
+            bpy.ops.render.render(write_still=True)
         return read_channels(path)
+
+    @contextmanager
+    def _dark_world(self):
+        """Give a scene without a world a black one with a small reflection probe while it renders. EEVEE makes a probe
+        of 2048 x 2048 without a world too."""
+        import bpy
+
+        if self.scene.world is not None:
+            yield
+            return
+        self.scene.world = dark = bpy.data.worlds.new("Dark")
+        dark.color = (0, 0, 0)
+        dark.probe_resolution = "128"
+        if dark.node_tree:
+            dark.node_tree.nodes.clear()
+        yield
+        bpy.data.worlds.remove(dark)
 
     def rgb(self, engine="cycles", pixels=64, samples=1, name="picture") -> np.ndarray:
         """Linear RGB (n, n, 3), row 0 at the top."""

@@ -10,6 +10,7 @@ COUNTS, SEED = {"readers": 6, "verbs": 6, "headers": 20, "meshes": 10, "records"
 
 
 @pytest.mark.parametrize("suite", SUITES)
+@pytest.mark.night("tests/precompute/surface/test_finds.py")
 def test_hostile_input_is_taken_or_refused_in_one_line(suite, tmp_path):
     outcomes = [runner.run(case) for case in SUITES[suite](COUNTS[suite], SEED, tmp_path)]
     assert len(outcomes) >= COUNTS[suite]

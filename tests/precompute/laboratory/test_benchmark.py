@@ -33,6 +33,8 @@ from precompute.surface.relief import prepare
 from precompute.surface.samples.catalogue import make_sample
 from precompute.surface.samples.ruled_gratings import blazed
 
+pytestmark = pytest.mark.night("tests/precompute/measure/test_metric.py")
+
 ROOT = Path(__file__).resolve().parents[3]
 TINY = replace(
     QUICK, piece_m=4e-6, coherence_m=3e-6, w_count=1, pairs=60, patch_pairs=20, delta_es=(3,), steps_nm=(20,),

@@ -131,6 +131,7 @@ def compared(shared_data):
     )
 
 
+@pytest.mark.night("test_the_screen_shows_a_laser_where_the_grating_equation_says")
 def test_the_orders_of_xenopeltis_are_apart_as_photographed(compared):
     """Second over first orders, within 2 %: the better of the two ways that the skin can lie. A turned screen is
     worse."""
@@ -141,6 +142,7 @@ def test_the_orders_of_xenopeltis_are_apart_as_photographed(compared):
     assert upright < 0.02 < turned
 
 
+@pytest.mark.night("test_the_screen_shows_a_laser_where_the_grating_equation_says")
 def test_the_first_order_of_elaphe_is_as_long_as_photographed(compared):
     """Each hue over yellow within 3 %, the better way: azure's place moves by 2 % with the camera's white balance, and
     the places in single slabs have a standard deviation of 2.5 to 3.7 %."""
@@ -149,6 +151,7 @@ def test_the_first_order_of_elaphe_is_as_long_as_photographed(compared):
     assert min(worst) < 0.03
 
 
+@pytest.mark.night("test_the_screen_shows_a_laser_where_the_grating_equation_says")
 def test_the_orders_across_elaphe_fit_at_a_smaller_angle(compared):
     """Orders across over orders along the fan: within 2 % at 40 degrees of incidence, but not at 45."""
     drawn, smaller = (

@@ -15,6 +15,8 @@ from laboratory.benchmarks.rcwa_orders_rows import METALS, Row, directions, off_
 from precompute.optics.brdf import half_angle_cosine, scattering_factor
 from precompute.optics.fresnel import fresnel_reflectance
 
+pytestmark = pytest.mark.night("tests/precompute/optics/test_small_slope.py")
+
 ABSENT = "the rigorous solver (inkstone) is in the environment py311-bpy45 only"
 # Beyond 89 degrees the add-on clamps the cosine of a grazing view.
 ANGLES = st.tuples(st.floats(0, 1.55), st.floats(0, 2 * np.pi))
