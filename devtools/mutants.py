@@ -114,21 +114,35 @@ MUTANTS = (
         "precompute/optics/brdf.py",
         "0.5 * (1 + dot(wi, wr))",
         "0.5 * (1 - dot(wi, wr))",
-        ("precompute/optics", "precompute/reference", "precompute/table", "precompute/measure", "precompute/maps"),
+        (
+            "precompute/bake/test_golden.py",
+            "precompute/optics",
+            "precompute/reference",
+            "precompute/table",
+            "precompute/measure",
+            "precompute/maps",
+        ),
     ),
     Mutant(
         "brdf Stam cos(tr)->cos(ti)",
         "precompute/optics/brdf.py",
         "np.maximum(wr[..., 2], 1e-6)",
         "np.maximum(wi[..., 2], 1e-6)",
-        ("precompute/optics", "precompute/reference", "precompute/table", "precompute/measure", "precompute/maps"),
+        (
+            "precompute/bake/test_golden.py",
+            "precompute/optics",
+            "precompute/reference",
+            "precompute/table",
+            "precompute/measure",
+            "precompute/maps",
+        ),
     ),
     Mutant(
         "coherence areas: sqrt 2 dropped",
         "precompute/optics/coherence.py",
         "shift = math.sqrt(2) * coherence_length_m / 4",
         "shift = coherence_length_m / 4",
-        ("precompute/optics", "precompute/cli", "precompute/bake"),
+        ("precompute/bake/test_golden.py", "precompute/optics", "precompute/cli", "precompute/bake"),
     ),
     Mutant(
         "phasor: sign of sine",
@@ -136,6 +150,7 @@ MUTANTS = (
         "np.cos(phase), -np.sin(phase)",
         "np.cos(phase), np.sin(phase)",
         (
+            "precompute/bake/test_golden.py",
             "precompute/spectra",
             "precompute/reference",
             "precompute/methods",
@@ -148,6 +163,7 @@ MUTANTS = (
         "_GUARD = 0.4",
         "_GUARD = 0.0",
         (
+            "precompute/bake/test_golden.py",
             "precompute/spectra",
             "precompute/bake/test_bake_against_reference.py",
             "precompute/bake/test_hard_cases.py",
@@ -160,6 +176,7 @@ MUTANTS = (
         "past=reach, radius=radius)",
         "past=0.0, radius=radius)",
         (
+            "precompute/bake/test_golden.py",
             "precompute/spectra",
             "precompute/reference",
             "precompute/bake/test_resampling.py",
@@ -199,6 +216,7 @@ MUTANTS = (
         "_RIM = 3",
         "_RIM = 1",
         (
+            "precompute/bake/test_golden.py",
             "precompute/bake/test_reading.py",
             "precompute/bake/test_region.py",
             "precompute/bake/test_resampling.py",
@@ -213,6 +231,7 @@ MUTANTS = (
         "min(coherence.longest_averaging_length(*extent(reliefs)), held)",
         "coherence.longest_averaging_length(*extent(reliefs))",
         (
+            "precompute/bake/test_golden.py",
             "precompute/bake/test_plan.py",
             "precompute/bake/test_request.py",
             "precompute/bake/test_hard_cases.py",

@@ -48,6 +48,7 @@ SURFACES = {
 }
 
 
+@pytest.mark.short("gold-blaze", "film-disc", "layers-skin")
 @pytest.mark.parametrize("surface", SURFACES)
 @pytest.mark.parametrize("matter", MATTERS)
 def test_a_bake_looks_like_the_reference(surface, matter):

@@ -87,7 +87,9 @@ def test_a_spectrum_travels_with_its_bake(tmp_path, capsys):
     assert 0 < facts["delta_e"]["p99"] <= 1
     path.unlink()
     baked = facts["files"][0]
-    assert parser.main(["check", baked, "sample:blazed", "--pairs", "400", "--progress", "none"]) == 0
+    # The claim also holds at a step of 5 nm, which takes a quarter of the time of the default.
+    check = ["check", baked, "sample:blazed", "--pairs", "400", "--step-nm", "5", "--progress", "none"]
+    assert parser.main(check) == 0
     capsys.readouterr()
     again = ["bake", "--request", baked, "-o", str(tmp_path / "two"), "--json", "-", "--progress", "none"]
     assert parser.main(again) == 0

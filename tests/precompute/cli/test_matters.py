@@ -56,6 +56,7 @@ def test_it_passes_its_check(run, baked):
     assert 40 < facts["delta_e"]["pairs"] < sum(ring["pairs"] for ring in facts["rings"]) / 8
 
 
+@pytest.mark.short("no bound")
 @pytest.mark.parametrize("name", ["no bound", "twice the excess", "black"])
 def test_a_wrong_metal_fails(refused, baked, tmp_path, name):
     table, _ = atlas_file.read(baked)
