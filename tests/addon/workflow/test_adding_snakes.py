@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Add > Mesh > Snake: the mesh and its skins, along a curve, with bones, undo, and refusals."""
 
-import time
-
 import bpy
 import numpy as np
 import pytest
@@ -37,11 +35,8 @@ def test_a_snake_is_added_at_the_cursor_selected_and_on_the_floor(scene):
     assert not snake.data.copy().validate(), "Blender had to repair the mesh"
 
 
-def test_the_default_takes_a_few_seconds(scene):
-    """The bound only catches a hang; it takes about a second."""
-    start = time.process_time()
+def test_it_has_about_as_many_faces_as_asked_for(scene):
     snake = add(faces=200_000)
-    assert time.process_time() - start < 30
     assert len(snake.data.polygons) == pytest.approx(200_000, rel=0.05)
 
 
