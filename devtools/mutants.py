@@ -115,8 +115,8 @@ MUTANTS = (
         "0.5 * (1 + dot(wi, wr))",
         "0.5 * (1 - dot(wi, wr))",
         (
-            "precompute/bake/test_golden.py",
             "precompute/optics",
+            "precompute/bake/test_golden.py",
             "precompute/reference",
             "precompute/table",
             "precompute/measure",
@@ -129,8 +129,8 @@ MUTANTS = (
         "np.maximum(wr[..., 2], 1e-6)",
         "np.maximum(wi[..., 2], 1e-6)",
         (
-            "precompute/bake/test_golden.py",
             "precompute/optics",
+            "precompute/bake/test_golden.py",
             "precompute/reference",
             "precompute/table",
             "precompute/measure",
@@ -142,7 +142,13 @@ MUTANTS = (
         "precompute/optics/coherence.py",
         "shift = math.sqrt(2) * coherence_length_m / 4",
         "shift = coherence_length_m / 4",
-        ("precompute/bake/test_golden.py", "precompute/optics", "precompute/cli", "precompute/bake"),
+        (
+            "precompute/optics/test_coherence.py",
+            "precompute/bake/test_golden.py",
+            "precompute/optics",
+            "precompute/cli",
+            "precompute/bake",
+        ),
     ),
     Mutant(
         "phasor: sign of sine",
@@ -189,11 +195,11 @@ MUTANTS = (
         "(w * skin.roughness**2) ** 2 / 2",
         "(w * skin.roughness**2) ** 2",
         (
+            "precompute/laboratory/test_roughness.py",
             "precompute/table",
             "precompute/measure",
             "precompute/maps",
             "precompute/check",
-            "precompute/laboratory/test_roughness.py",
         ),
     ),
     Mutant(
@@ -201,7 +207,13 @@ MUTANTS = (
         "precompute/table/radiance.py",
         "shortened = (1 + wi[..., 2] ** 2) / 2",
         "shortened = wi[..., 2] ** 2",
-        ("precompute/table", "precompute/measure", "precompute/maps", "precompute/check", "render/test_radiance.py"),
+        (
+            "render/test_radiance.py",
+            "precompute/table",
+            "precompute/measure",
+            "precompute/maps",
+            "precompute/check",
+        ),
     ),
     Mutant(
         "bound: axes swapped",
