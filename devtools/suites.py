@@ -20,12 +20,12 @@ NO_TESTS_COLLECTED = 5
 LIMIT_SECONDS = 50 * 60
 # Folder of tests/ and environment of each suite, the slowest first, so that both workers end at about the same time.
 SUITES = (
+    ("addon", PY313),
     ("render", PY313),
     ("precompute", PY311),
     ("package", PY311),
-    ("render", PY311),
     ("addon", PY311),
-    ("addon", PY313),
+    ("render", PY311),
     ("precompute", PY313),
 )
 FOLDERS = tuple(dict.fromkeys(name for name, _ in SUITES))

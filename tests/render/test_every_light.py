@@ -32,6 +32,7 @@ def test_white_furnace_of_a_mirror(stage, mirror_skin):
     expect_directional_albedo(stage, mirror_skin, "REST", (0, 75, 85))
 
 
+@pytest.mark.short("gold")
 def test_white_furnace_of_a_metal_and_of_layers(stage, matter_skin):
     """A blaze, all of whose light is in a few strongly coloured orders: within 2 % up to 75 degrees, as the sample set
     misplaces up to 1 % of the light (INTERPOLATION of bake/sample_draws.py) and the noise is 0.5 %. Beyond, the noise
@@ -71,6 +72,7 @@ def expect_directional_albedo(stage, skin, lights, angles_deg, *, samples=64, li
         np.testing.assert_allclose(pixels.mean(axis=0), wanted, rtol=0, atol=limits[degrees > 75] * wanted @ LUMINANCE)
 
 
+@pytest.mark.short("6x(")
 def test_white_furnace_in_eevee(stage, matter_skin):
     """EEVEE cuts each component of a closure's colour at 8, which a metal's brightest draws exceed. So its mean is that
     of Cycles' draws after the same cut. Seen from the normal no draw is cut, and it is the directional albedo.

@@ -25,6 +25,7 @@ def test_every_operator_is_drawn(addon):
     assert sorted(f"grating.{name}" for name in BUTTONS) == sorted(operators)
 
 
+@pytest.mark.night("tests/addon/operators/test_every_button.py")
 def test_a_short_session(afterwards, tmp_path):
     scan = write_scan(tmp_path / "waves.png")
     records = list(steps_session.run(afterwards, scan, seed=SEED, steps=STEPS))
