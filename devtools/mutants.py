@@ -347,7 +347,10 @@ MUTANTS = (
         "addon/workflow/following_lamps.py",
         "        if scene.library is None:\n            update_lamps",
         "        if True:\n            update_lamps",
-        ("addon/workflow", "addon/lamps"),
+        (
+            "addon/workflow/test_following_settings.py",
+            "addon/lamps",
+        ),
         PY313,
     ),
     Mutant(
@@ -363,7 +366,10 @@ MUTANTS = (
         "addon/batch/gratings.py",
         ".count(name) > 1",
         ".count(name) > 2",
-        ("addon/batch",),
+        (
+            "addon/batch/test_commands.py",
+            "addon/batch",
+        ),
         PY313,
     ),
 )

@@ -50,6 +50,15 @@ def test_faults_are_one_line(addon, scene, baked, tmp_path, capfd):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_name_of_two_gratings_is_refused(addon, scene, grating):
+    other = scene.natural_gratings.items.add()
+    other.name = grating.name
+    with pytest.raises(addon.child.GratingError, match="--grating waves: several gratings have this name"):
+        addon.gratings.chosen_grating(scene, "waves")
+    other.name = "other"
+    assert addon.gratings.chosen_grating(scene, "waves") == grating
+
+
 def test_assign_over_the_own_material_with_settings(addon, scene, baked, tmp_path):
     plane, blend = bpy.data.objects["Plane"], str(tmp_path / "plane.blend")
     own = bpy.data.materials.new("Own")

@@ -65,3 +65,17 @@ def test_colours_of_another_working_space_are_told(addon, scene, grating, nodes,
     assert "its colours are of Rec.709, and the file's of ACEScg; bake or assign it again" in told
     assert bpy.ops.grating.assign() == {"FINISHED"}
     assert addon.data_pictures.wrong_colours(scene) == []
+
+
+def test_a_linked_scene_keeps_its_own_lamps(addon, scene, grating, tmp_path, monkeypatch):
+    """Its lamps were followed in its own file, and what is linked cannot be written."""
+    path = tmp_path / "library.blend"
+    bpy.data.libraries.write(str(path), {scene}, fake_user=True)
+    with bpy.data.libraries.load(str(path), link=True) as (held, brought):
+        brought.scenes = held.scenes
+    assert sorted(each.library is None for each in bpy.data.scenes) == [False, True]
+    followed = []
+    monkeypatch.setattr(addon.following_lamps, "update_lamps", lambda each, **_: followed.append(each))
+    addon.following_lamps.update_all_lamps()
+    assert followed == [scene]
+    bpy.data.libraries.remove(bpy.data.libraries[path.name])

@@ -46,6 +46,13 @@ def test_medians_of_coarse_heights_do_not_add_up(levelled):
     assert np.ptp(aligned) < 300e-9  # and 300 rows of 5 nm would be 1500 nm
 
 
+def test_differences_keep_the_mean_step_between_rows(levelled):
+    """A scan's tilt along B is the surface's, and the step `plane` takes it out."""
+    tilted = wave((64, 128)) + 5e-9 * np.arange(64)[:, None]
+    aligned, _, _ = levelled(tilted, "lines:difference")
+    np.testing.assert_allclose(aligned, tilted, rtol=0, atol=1e-20)
+
+
 @BY
 def test_a_grating_along_the_rows_is_warned_of(levelled, text):
     _, _, told = levelled(wave(angle_deg=90), f"plane,{text}")
