@@ -283,7 +283,7 @@ MUTANTS = (
         "addon/lamps/lamp_properties.py",
         "{24 if lamp.shape in",
         "{12 if lamp.shape in",
-        ("addon/lamps",),
+        ("addon/cameras", "addon/lamps"),
         PY313,
     ),
     Mutant(

@@ -10,6 +10,7 @@ from .test_radiance import assign, lamps, relative_error
 PIXELS = 160
 
 
+@pytest.mark.short("STORED")
 @pytest.mark.parametrize("kind", ["STORED", "RADIAL"])
 def test_a_frame_map_shows_the_colours_of_its_source(stage, baked, kind):
     """On a torus, for U of its UV map and for an axis. The map lies on a second UV map with rotated islands. The median
