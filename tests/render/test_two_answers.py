@@ -36,7 +36,7 @@ def shown(stage, baked):
     return render
 
 
-@pytest.mark.short("cycles", "eevee-LAMPS")
+@pytest.mark.short("cycles", "eevee-REST")
 @pytest.mark.parametrize("lights", ["LAMPS", "REST"])
 @pytest.mark.parametrize("engine", ENGINES)
 def test_the_light_is_that_of_every_lamp(shown, engine, lights):
