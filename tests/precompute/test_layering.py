@@ -5,6 +5,7 @@ import ast
 import re
 import sys
 import tomllib
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -47,10 +48,28 @@ CHECK_MAY_IMPORT = {"base", "optics", "reflectance", "colour", "surface", "measu
 
 
 def each(*packages):
-    paths = [path for package in packages for path in sources(package)]
-    return pytest.mark.parametrize("path", paths, ids=[path.relative_to(ROOT).as_posix() for path in paths])
+    """Make a test of one path a test of all sources of the packages, which names each file that fails."""
+    return over([path for package in packages for path in sources(package)])
 
 
+def over(paths):
+    def looped(test):
+        def run():
+            faults = []
+            for path in paths:
+                try:
+                    test(path)
+                except AssertionError as fault:
+                    faults.append(f"{path.relative_to(ROOT).as_posix()}: {fault}")
+            assert not faults, "\n".join(faults)
+
+        run.__name__, run.__doc__ = test.__name__, test.__doc__
+        return run
+
+    return looped
+
+
+@cache
 def tree_of(path):
     return ast.parse(path.read_text(encoding="utf-8"), str(path))
 
@@ -85,7 +104,7 @@ def test_precompute_knows_nothing_of_blender(path):
     assert not tops(path) & (BLENDER | {"addon"})
 
 
-@pytest.mark.parametrize("path", [ROOT / "__init__.py", *SHIPPED], ids=lambda path: path.relative_to(ROOT).as_posix())
+@over([ROOT / "__init__.py", *SHIPPED])
 def test_what_ships_imports_nothing_that_does_not_ship(path):
     """Looks at imports and at module names in texts, as for importlib or `python -m`."""
     assert not tops(path) & NOT_SHIPPED
