@@ -5,18 +5,40 @@ import re
 import subprocess
 import tempfile
 import time
+import tomllib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 from . import ROOT, DevError
-from .environments import require
-from .mutant_list import MUTANTS, Mutant
+from .environments import ALL, PY311, Environment, require
 from .steps import clean_environment, say
 
+LIST = Path(__file__).with_name("mutants.toml")
 LIMIT_SECONDS = 15 * 60
 FAILED = re.compile(r"^(?:FAILED|ERROR) (\S+?::\S+|\S+)", re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """A fault of mutants.toml: `old` in `file` becomes `new`. `tests` are paths below tests/, the quickest first."""
+
+    name: str
+    file: str
+    old: str
+    new: str
+    tests: list[str]
+    blender: str = PY311.blender_version
+
+    @property
+    def environment(self) -> Environment:
+        return next(one for one in ALL if one.blender_version == self.blender)
+
+
+def all_mutants() -> list[Mutant]:
+    """The faults of mutants.toml."""
+    return [Mutant(**row) for row in tomllib.loads(LIST.read_text())["mutant"]]
 
 
 @dataclass(frozen=True)
@@ -30,7 +52,7 @@ class Verdict:
 
 def named(words: Sequence[str]) -> list[Mutant]:
     """The mutants whose names contain one of the words; all without words. Raises DevError if there is none."""
-    found = [mutant for mutant in MUTANTS if not words or any(word in mutant.name for word in words)]
+    found = [mutant for mutant in all_mutants() if not words or any(word in mutant.name for word in words)]
     if not found:
         raise DevError(f"no mutant is named {' or '.join(words)}; remedy: ./dev mutants --list")
     return found

@@ -76,7 +76,7 @@ def test_the_cheaper_tests_of_the_night_are_there():
 
 
 def test_each_mutant_s_text_and_tests_are_there():
-    for mutant in mutants.MUTANTS:
+    for mutant in mutants.all_mutants():
         text = (ROOT / mutant.file).read_text()
         assert mutants.text_with(mutant, text) != text
         for test in mutant.tests:
