@@ -30,6 +30,7 @@ SPECIES = ("XENOPELTIS", "ELAPHE")
 POSES = ("COILED", "S", "RESTING", "REARING")
 
 
+@pytest.mark.short("11000", "200000", "1000000-ELAPHE")
 @pytest.mark.parametrize("species", SPECIES)
 @pytest.mark.parametrize("faces", [11_000, 50_000, 200_000, 1_000_000])
 def test_the_number_of_faces_is_near_the_one_asked_for(make, species, faces):
@@ -150,6 +151,7 @@ def turns_within_plates(room, shape):
     return (np.bincount(plate, angle * roll) / np.bincount(plate, angle**2))[faces == faces.max()]
 
 
+@pytest.mark.short("0.75")
 @pytest.mark.parametrize("flatness", [0.75, 1.0])
 def test_flat_plates_take_away_their_share_of_the_bodys_roundness(room, make, flatness):
     round_plates, flat = (
@@ -254,6 +256,7 @@ def test_angles_at_the_seam_and_at_tips_are_those_of_their_face(room):
     assert found[2] == pytest.approx((0.1, 0.2, 0.15, 0.1))
 
 
+@pytest.mark.short("11000", "200000")
 @pytest.mark.parametrize("species", SPECIES)
 @pytest.mark.parametrize("faces", [11_000, 200_000, 1_000_000])
 def test_a_shed_skin_is_one_sheet_with_one_edge(room, species, faces):
