@@ -77,6 +77,9 @@ LIGHTS = pytest.mark.parametrize("lights", ["REST", "ALL"])
 LINK = pytest.mark.parametrize("link", [False, True], ids=["append", "link"])
 
 
+@pytest.mark.short(
+    "Object-append-bring_by_operator", "Collection-link-bring_by_operator", "Object-link-bring_by_script"
+)
 @pytest.mark.parametrize(
     ("bring", "engine"), [(bring_by_operator, "cycles"), (bring_by_operator, "eevee"), (bring_by_script, "cycles")]
 )
@@ -103,6 +106,7 @@ def test_a_material_brought_into_another_file(files, baked, link):
     agree(made.rgb("cycles", PIXELS), wanted)
 
 
+@pytest.mark.short("REST")
 @LIGHTS
 def test_closures_brought_into_another_file(files, skin, lights):
     """It shows the same, with equal noise, as a scene built with the receiving file's lamps and world."""

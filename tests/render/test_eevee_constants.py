@@ -29,6 +29,7 @@ def test_the_count_is_never_below_blenders_own(tmp_path):
     assert row["blender"] <= row["counted"] <= 1.1 * row["blender"]
 
 
+@pytest.mark.night("tests/addon/nodes/test_eevee_constants.py")
 def test_sources_without_room_are_the_closures(stage, skin, monkeypatch):
     """A world's light is complete, and nothing is counted twice, if its dimmest source is left to the closures."""
     path, _ = skin
@@ -57,6 +58,7 @@ def test_sources_without_room_are_the_closures(stage, skin, monkeypatch):
     np.testing.assert_allclose(fewer.mean(axis=(0, 1)), none.mean(axis=(0, 1)), rtol=0.03)
 
 
+@pytest.mark.night("tests/addon/nodes/test_eevee_constants.py")
 def test_eevee_shows_as_many_sources_as_it_has_room_for(stage):
     """A response with 10 KB of constants, under a sun and eight sources overhead: each source that is read adds 0.1 to
     the picture. With all of them the material would be magenta."""

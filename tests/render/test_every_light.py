@@ -27,6 +27,7 @@ def test_white_furnace(stage, skin, lights):
     expect_directional_albedo(stage, skin, lights, (0, 75, 85))
 
 
+@pytest.mark.night("test_white_furnace_of_a_metal_and_of_layers")
 def test_white_furnace_of_a_mirror(stage, mirror_skin):
     """It reflects most of all matters; its albedo bound is above 1 at 85 degrees."""
     expect_directional_albedo(stage, mirror_skin, "REST", (0, 75, 85))

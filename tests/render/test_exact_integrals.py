@@ -154,6 +154,7 @@ def test_equal_pictures_do_not_differ():
     assert brighter["light"] == pytest.approx(1.1) and brighter["de_median"] > 0.5
 
 
+@pytest.mark.night("test_the_light_of_a_sphere_is_the_mean_of_its_points")
 def test_an_overcast_sphere_is_its_integral(studio, skin):
     """Render and integral share only the table. A thousand samples at forty points have a noise of 0.5 %."""
     scenes.build(studio, "sphere")

@@ -102,6 +102,7 @@ def differences(rendered, truth, seen):
 MEDIAN, P95 = 0.3, 0.8
 
 
+@pytest.mark.short("cycles")
 @pytest.mark.parametrize("engine", ENGINES)
 def test_three_spectra_in_one_scene(stage, bakes, engine):
     mesh = sphere(stage)
@@ -245,6 +246,7 @@ def test_a_file_renders_alike_without_the_extension(files, bakes, tmp_path):
     np.testing.assert_array_equal(rgb_of(read_channels(picture)), with_it)
 
 
+@pytest.mark.short("cycles")
 @pytest.mark.parametrize("engine", ENGINES)
 def test_the_random_order_has_the_spectrum_of_the_world(stage, bakes, engine):
     """All light of a smooth world comes by the random order. Under a line every direction has the colour of the world,

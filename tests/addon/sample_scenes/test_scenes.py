@@ -95,6 +95,7 @@ def test_scenes_without_suns_are_not_lit_anew(tmp_path, monkeypatch, capsys):
     assert "which room and shed have not" in capsys.readouterr().err
 
 
+@pytest.mark.night("test_a_script_writes_what_is_assigned")
 def test_a_scene_is_made_end_to_end(tmp_path):
     version = ".".join(str(part) for part in bpy.app.version[:2])
     asked = SimpleNamespace(

@@ -149,6 +149,7 @@ def test_the_plate_is_exposed_as_grey(scene, tmp_path):
     assert shown == pytest.approx(0.18, rel=0.03)
 
 
+@pytest.mark.night("test_a_set_holds_what_it_is_named_for")
 def test_light_goes_through_a_pane_and_is_a_little_green(scene, tmp_path):
     clean_scene()
     scene.camera = add_camera(scene, Towards(-90.0, 0.0, 1.0), (0.0, 0.165, 0.05), 200.0)
