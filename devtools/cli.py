@@ -72,8 +72,9 @@ def _run_scenes(verb: str, description: str, options: argparse.Namespace, argume
 
 def test(options: argparse.Namespace, arguments: list[str]) -> int:
     if {"-h", "--help"} & set(arguments):
-        print("usage: ./dev [--bpy 4.5|5.2] [--blender PATH] test [--all] [--clock] [PATH ...] [PYTEST OPTIONS]\n")
+        print("usage: ./dev [--bpy 4.5|5.2] test [--all | --changed | PATH ...] [--clock] [PYTEST OPTIONS]")
         print("Without --all and paths: the short set, which CI runs. A path runs all of its tests.")
+        print("--changed: the rooms that differ from the last commit, and those that import them, in one Blender.")
         print("--clock writes seconds of each test and phase into .env/reports/SUITE.clock, a JSON object a line.")
         print("Suites, each in each environment it is for: " + ", ".join(suites.FOLDERS))
         return 0

@@ -12,6 +12,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from . import ENVIRONMENTS, ROOT
+from .changed import affected_tests, changed_files
 from .environments import PY311, PY313, Environment
 from .steps import project_environment, run_together, running, say
 
@@ -155,16 +156,22 @@ def print_summary(results: list[Result]) -> None:
 def run(environments: Sequence[Environment], arguments: Sequence[str], blender: Path | None) -> int:
     """Run the suites that `arguments` name, by default the short set of each, or with --all everything. Returns 0 if
     every suite passed, else 1."""
-    own = {"--all", "--clock"} & set(arguments)
+    own = {"--all", "--clock", "--changed"} & set(arguments)
     paths, options = split_arguments([argument for argument in arguments if argument not in own])
+    if "--changed" in own:
+        paths += affected_tests(changed_files())
+        print("\n".join(os.path.relpath(path) for path in paths), flush=True)
     paths = [path for path in paths if path != ROOT / "tests"]
-    short = not paths and "--all" not in own
+    short = "--all" not in own and (not paths or "--changed" in own)
+    left_out = (AGAIN | SHORT).keys() if "--changed" in own else ()
     options += ["--short"] * short + ["-p", "devtools.clock"] * ("--clock" in own)
     variables = {"NATURAL_GRATINGS_BLENDER": str(blender)} if blender else {}
     wanted = [
         (name, environment, targets)
         for name, environment in SUITES
-        if environment in environments and (targets := targets_of(name, environment, paths, short=short))
+        if environment in environments
+        and (name, environment) not in left_out
+        and (targets := targets_of(name, environment, paths, short=short))
     ]
     suites = [partial(run_suite, *each, options=options, variables=variables) for each in wanted]
     results = run_together(suites, workers=2)

@@ -9,7 +9,8 @@ import time
 
 import pytest
 
-from devtools import ROOT, mutants, suites
+from devtools import ROOT, DevError, mutants, suites
+from devtools.changed import affected_tests
 from devtools.steps import project_environment
 
 # A test that reports when it begins and when it is cleaned up.
@@ -61,6 +62,26 @@ def test_the_parts_that_an_environment_runs_are_there():
     for (name, _), parts in (suites.AGAIN | suites.SHORT).items():
         for part in parts:
             assert (ROOT / "tests" / name / part).exists(), f"devtools/suites.py: tests/{name}/{part}"
+
+
+@pytest.mark.parametrize(
+    ("file", "rooms"),
+    [
+        ("addon/lamps/strength.py", {"addon/lamps", "addon/workflow", "render/test_plane.py"}),
+        ("precompute/surface/readers/nid.py", {"precompute/surface"}),
+        ("tests/addon/batch/test_job.py", {"addon/batch/test_job.py"}),
+        ("tests/addon/conftest.py", {"addon"}),
+        ("README.md", {"precompute/test_project_pages.py"}),
+    ],
+)
+def test_a_change_has_the_tests_of_its_room_and_of_those_that_import_it(file, rooms):
+    found = {path.relative_to(ROOT / "tests").as_posix() for path in affected_tests([file])}
+    assert found == rooms | {"precompute/test_layering.py"}
+
+
+def test_a_change_without_tests_is_refused():
+    with pytest.raises(DevError, match="no test reads LICENSE; remedy: ./dev test"):
+        affected_tests(["LICENSE"])
 
 
 def test_the_cheaper_tests_of_the_night_are_there():

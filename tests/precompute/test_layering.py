@@ -5,10 +5,11 @@ import ast
 import re
 import sys
 import tomllib
-from functools import cache
 from pathlib import Path
 
 import pytest
+
+from devtools.changed import imports, tree_of
 
 ROOT = Path(__file__).resolve().parents[2]
 BLENDER = {"bpy", "bpy_extras", "mathutils", "gpu", "bl_ui", "bl_operators", "bmesh", "addon_utils", "_bpy", "blf"}
@@ -67,26 +68,6 @@ def over(paths):
         return run
 
     return looped
-
-
-@cache
-def tree_of(path):
-    return ast.parse(path.read_text(encoding="utf-8"), str(path))
-
-
-def imports(path):
-    """Dotted names that a source imports, relative ones resolved from the root: `addon.panel`, `numpy.fft`."""
-    package = path.relative_to(ROOT).parent.parts
-    names = set()
-    for node in ast.walk(tree_of(path)):
-        if isinstance(node, ast.Import):
-            names |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom):
-            base = package[: len(package) + 1 - node.level] if node.level else ()
-            assert len(package) + 1 >= node.level, f"{path}: a relative import leaves the extension"
-            module = ".".join((*base, *([node.module] if node.module else [])))
-            names |= {f"{module}.{alias.name}".lstrip(".") for alias in node.names}
-    return names
 
 
 def tops(path):
