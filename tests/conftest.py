@@ -15,6 +15,8 @@ import pytest
 from devtools import EXTENSION
 from devtools.extension import AddonModules, link_extension, unpack_extension
 
+from .kept_groups import KeptGroups
+
 # Set before any test module imports NumPy. Two suites run at once with small matrix products, so threads would wait for
 # each other (test_efficiency.py: 12 s with one thread, 105 s with two, on two busy cores).
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -87,6 +89,26 @@ def extension() -> ModuleType:
 def addon(extension: ModuleType) -> AddonModules:
     """The add-on's modules by their files' names."""
     return AddonModules(extension.__name__)
+
+
+@pytest.fixture(scope="session")
+def kept_groups(tmp_path_factory):
+    """The node groups of bakes that this session has built."""
+    return KeptGroups(tmp_path_factory.mktemp("groups"))
+
+
+@pytest.fixture(autouse=True)
+def _bakes_groups_are_kept(request, monkeypatch):
+    """In suites inside Blender, read the groups of a bake instead of building them again. The tests of materials and
+    nodes build them."""
+    if {"scene", "stage"} & set(request.fixturenames) and not {"materials", "nodes"} & set(request.path.parts):
+        addon, kept = request.getfixturevalue("addon"), request.getfixturevalue("kept_groups")
+        module = addon.direct_response
+        for name, result in (
+            ("build_direct_group", addon.response.Response),
+            ("build_world_group", lambda group: group),
+        ):
+            monkeypatch.setattr(module, name, kept.around(getattr(module, name), result))
 
 
 @pytest.fixture(scope="session")

@@ -16,6 +16,7 @@ from sample_scenes.demo import Stopwatch
 SCRIPTS = [name for name, scene in scenes.SCENES.items() if scene.script != "animal.py"]
 
 
+@pytest.mark.short("ball", "cd", "shed")
 @pytest.mark.parametrize("name", SCRIPTS)
 def test_a_script_writes_what_is_assigned(name, tmp_path):
     scene, file = scenes.SCENES[name], str(tmp_path / "scene.blend")
@@ -34,6 +35,7 @@ def test_discs_and_foil_are_of_the_presets_matter(scene, preset):
     assert scenes.SCENES[scene].matter == str(read_preset(preset).request.matter)
 
 
+@pytest.mark.short("hero", "turntable")
 @pytest.mark.parametrize("view", list(animal.VIEWS))
 def test_views_of_the_animal(addon, view, tmp_path):
     panorama = tmp_path / "room.exr"

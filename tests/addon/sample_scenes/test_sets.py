@@ -127,7 +127,7 @@ def test_noise_is_smooth_bounded_and_repeats():
     assert deep.min() == 0 and 0.9 < deep.max() <= 1
 
 
-@pytest.mark.short("soil")
+@pytest.mark.night("test_a_set_holds_what_it_is_named_for")
 @pytest.mark.parametrize("name", ["soil", "turntable"])
 def test_both_engines_show_a_set(scene, name, tmp_path, monkeypatch):
     monkeypatch.setattr(soil, "_CRUMBS", 5000)  # without a GPU, EEVEE takes a minute for all of them

@@ -13,7 +13,7 @@ from precompute.table import atlas, atlas_file
 from tests.precompute.bake.same_bake import assert_same_bake
 
 SURFACE = "sample:blazed"
-QUICK = ("--pairs", "1000", "--step-nm", "10", "--progress", "none")
+QUICK = ("--pairs", "300", "--step-nm", "10", "--progress", "none")
 
 
 @pytest.fixture(scope="module")
