@@ -41,6 +41,22 @@ def test_lamps_send_what_their_formulas_say(addon, scene, watched, kind):
     assert addon.irradiance.lamps_sent(scene, watched, places) == []
 
 
+def test_a_spots_light_rises_smoothly_over_its_blend(addon, scene, watched):
+    """Blender's spot, as Cycles computes it: from the cosine of half its size over the blend's part of what is left to
+    1, by 3 t^2 - 2 t^3."""
+    data = bpy.data.lights.new("Spot", "SPOT")
+    data.energy, data.spot_size, data.spot_blend = 4 * math.pi, math.pi / 3, 0.5
+    scene.collection.objects.link(bpy.data.objects.new("Spot", data))
+    bpy.data.objects.remove(bpy.data.objects["Sun"])
+    addon.following_lamps.update_all_lamps()
+    bpy.context.view_layer.update()
+    rim, steps = math.cos(math.pi / 6), np.array([-0.25, 0.25, 0.5, 0.75, 1.25])
+    angles = np.arccos(rim + steps * 0.5 * (1 - rim))
+    (sent,) = addon.irradiance.lamps_sent(scene, watched, np.stack([np.sin(angles), 0 * angles, -np.cos(angles)], 1))
+    # The two cosines have single precision, and their difference, of which it is a share, is 0.067.
+    np.testing.assert_allclose(sent.irradiance, [0, 0.15625, 0.5, 0.84375, 1], atol=1e-5)
+
+
 @pytest.mark.parametrize("kind", ["PERSP", "ORTHO", "PANO"])
 def test_rays_go_through_what_the_camera_shows(addon, scene, watched, kind):
     """A position in the picture and the ray through it, compared with Blender's own projection."""
