@@ -37,14 +37,14 @@ PRECOMPUTE_AGAIN = ("surface", "table", "maths", "colour", "spectra", "bake/test
 # What a short run tests in the older Blender: what differs between versions. One test or more for each kind of node,
 # lamp and shader, and what appends, links, saves, undoes and follows. The night runs all of it.
 RENDER_SHORT = (
-    "test_plane.py", "test_lamps.py", "test_shadows.py", "test_osl.py", "test_osl_direct.py", "test_osl_reference.py",
-    "test_kept.py", "test_brought_over.py", "test_data_pictures.py",
+    "test_plane.py", "test_lamps.py", "test_shadows.py", "test_osl.py", "test_osl_direct.py", "test_kept.py",
+    "test_brought_over.py", "test_data_pictures.py",
 )  # fmt: skip
 ADDON_SHORT = (
     "blender", "nodes/test_builder.py", "nodes/test_eevee_constants.py", "materials/test_saved_file.py",
-    "materials/test_earlier_version.py", "materials/test_purged.py", "lamps/test_lamps.py",
-    "lamps/test_left_out_lamps.py", "batch/test_commands.py", "operators/test_registering.py",
-    "operators/test_operators.py", "workflow/test_assigning.py", "workflow/test_other_version.py",
+    "materials/test_earlier_version.py", "materials/test_purged.py", "lamps/test_lamps.py", "batch/test_commands.py",
+    "operators/test_registering.py", "operators/test_operators.py", "workflow/test_assigning.py",
+    "workflow/test_other_version.py",
 )  # fmt: skip
 # Suites that run only these parts in an environment, always or in a short run.
 AGAIN = {("precompute", PY313): PRECOMPUTE_AGAIN}

@@ -100,11 +100,17 @@ _OUTPUTS = (
 )
 
 
-def group_around(name: str, response: Response, *, shadows: bool = True, lights: str = REST) -> bpy.types.NodeTree:
+def group_around(
+    name: str, response: Response, *, shadows: bool = True, lights: str = REST, frame: DirectionSource | None = None,
+    footprint: bool = False, every_lamp: bool = False,
+) -> bpy.types.NodeTree:  # fmt: skip
     """A new Diffraction group around a response, with inputs for the lamps that the file's scenes follow."""
     group = bpy.data.node_groups.new(f"Diffraction {name}", "ShaderNodeTree")
     add_interface(group, _INPUTS, _OUTPUTS)
     group[group_properties.SHADOWS], group[group_properties.LIGHTS] = shadows, lights
+    group[group_properties.FOOTPRINT], group[group_properties.EVERY_LAMP] = footprint, every_lamp
+    if frame is not None:
+        group[group_properties.FRAME] = frame.as_property()
     _note_lights(group)
     fill_group(group, (response,), lamps_of_file(), sources=sources_of_file())
     return group

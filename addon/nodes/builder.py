@@ -73,7 +73,8 @@ class Tree:
 
         Raises TypeError for an unknown setting, and for more values than enabled inputs."""
         node = self.tree.nodes.new(kind)
-        node.label = label
+        if label:
+            node.label = label
         for name, value in settings.items():
             if name not in node.bl_rna.properties:
                 raise TypeError(f"{_described(node)}: it has no setting {name!r}")
@@ -112,10 +113,14 @@ class Tree:
         """Link an input socket to a value, or set its default."""
         if isinstance(value, Value):
             self.tree.links.new(value.socket, socket)
-        elif isinstance(value, (int, float)) and socket.type in {"VECTOR", "RGBA"}:
-            socket.default_value = [float(value)] * len(socket.default_value)
-        else:
-            socket.default_value = value
+            return
+        held = socket.default_value
+        wanted: object = value
+        if isinstance(value, (int, float)) and socket.type in {"VECTOR", "RGBA"}:
+            wanted = (float(value),) * len(held)
+        # Blender goes through the whole tree at each change.
+        if (tuple(held) if isinstance(wanted, tuple) else held) != wanted:
+            socket.default_value = wanted
 
     def value(self, socket: bpy.types.NodeSocket) -> Value:
         """The value of an output socket."""

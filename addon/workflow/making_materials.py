@@ -83,7 +83,10 @@ def group_of(scene: bpy.types.Scene, grating: Grating) -> bpy.types.NodeTree:
     update_all_lamps()
     if group is None:
         assert response is not None  # needed_bake names a bake where there is no group
-        grating.group = group_around(grating.name, response, shadows=grating.shadows, lights=grating.lit_by)
+        grating.group = group_around(
+            grating.name, response, shadows=grating.shadows, lights=grating.lit_by, frame=grating.frame_source(),
+            footprint=grating.footprint, every_lamp=grating.every_lamp,
+        )  # fmt: skip
         note_own(grating.group)
     elif response is not None:
         replace_response(group, response)

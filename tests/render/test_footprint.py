@@ -21,6 +21,7 @@ def ball(stage):
     return bpy.context.object
 
 
+@pytest.mark.short("cycles-perspective", "eevee-orthographic")
 @pytest.mark.parametrize("projection", ["orthographic", "perspective"])
 @pytest.mark.parametrize("engine", ENGINES)
 def test_on_a_ball_it_is_the_closed_form(stage, engine, projection):
@@ -46,6 +47,7 @@ def test_on_a_ball_it_is_the_closed_form(stage, engine, projection):
     np.testing.assert_allclose(found[counted], wanted, rtol=0.02 if engine == "cycles" else 0.1)
 
 
+@pytest.mark.short("cycles")
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_spike_is_blurred_no_more_than_by_four_degrees(stage, engine):
     """A needle one pixel thick, whose normals turn by half a circle within the pixel."""
@@ -63,6 +65,7 @@ def test_a_spike_is_blurred_no_more_than_by_four_degrees(stage, engine):
     assert found.max() == pytest.approx((2 * stage.addon.footprint.MOST) ** 0.25, rel=rel)
 
 
+@pytest.mark.short("cycles", "samples2")
 @pytest.mark.parametrize(
     ("engine", "samples", "shrinks"), [("cycles", (6, 96), 16), ("eevee", (4, 16), 1), ("eevee", (16, 64), 4)]
 )

@@ -19,6 +19,7 @@ def add_sky(stage):
     stage.scene.world = world
 
 
+@pytest.mark.short("REST")
 @pytest.mark.parametrize("lights", ["REST", "ALL"])
 def test_opened_again_and_copied(files, skin, lights):
     add_sky(files)
@@ -43,6 +44,7 @@ def test_opened_again_and_copied(files, skin, lights):
     agree(now(made).rgb("cycles", PIXELS), wanted)
 
 
+@pytest.mark.short("ALL")
 @pytest.mark.parametrize("chosen", ["LAMPS", "ALL"])
 def test_undone_and_done_again(files, skin, chosen):
     """Undoes and redoes Assign, then another choice of lights."""
@@ -72,7 +74,9 @@ def test_undone_and_done_again(files, skin, chosen):
     agree(now(files).rgb("cycles", PIXELS), changed)
 
 
-def test_sources_stay_with_their_scene(files, skin):
+@pytest.mark.short("True")
+@pytest.mark.parametrize("link", [False, True])
+def test_sources_stay_with_their_scene(files, skin, link):
     """In a new file the ball and its world have no sources, and the random order finds all of the light. Once the world
     is fitted there too, the ball looks as before."""
     add_soft_boxes(files)
@@ -85,17 +89,16 @@ def test_sources_stay_with_their_scene(files, skin):
     wanted = files.rgb("cycles", 64, 64)
     scattered = wanted.max(axis=-1) < 0.25  # the rest is mirror images
     path = save(files)
-    for link in (False, True):
-        made = other_file(files, {})
-        look_at_ball(made)
-        with bpy.data.libraries.load(str(path), link=link) as (_, target):
-            target.worlds = ["tested"]
-        (made.scene.world,) = target.worlds
-        bring_by_operator(path, "Object", "Ball", link)
-        assert held.source_count(made.scene) == 0
-        found = made.rgb("cycles", 64, 64)
-        for part in (scattered, ~scattered):
-            np.testing.assert_allclose(found[part].mean(axis=0), wanted[part].mean(axis=0), rtol=0.015)
-        assert bpy.ops.grating.fit_world() == {"FINISHED"}
-        assert held.source_count(made.scene) == count
-        agree(made.rgb("cycles", 64, 64), wanted)
+    made = other_file(files, {})
+    look_at_ball(made)
+    with bpy.data.libraries.load(str(path), link=link) as (_, target):
+        target.worlds = ["tested"]
+    (made.scene.world,) = target.worlds
+    bring_by_operator(path, "Object", "Ball", link)
+    assert held.source_count(made.scene) == 0
+    found = made.rgb("cycles", 64, 64)
+    for part in (scattered, ~scattered):
+        np.testing.assert_allclose(found[part].mean(axis=0), wanted[part].mean(axis=0), rtol=0.015)
+    assert bpy.ops.grating.fit_world() == {"FINISHED"}
+    assert held.source_count(made.scene) == count
+    agree(made.rgb("cycles", 64, 64), wanted)

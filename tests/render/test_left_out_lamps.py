@@ -37,6 +37,7 @@ def test_with_lamps_only_it_gives_no_light(files, skin):
     agree(made.rgb("cycles", PIXELS), left)
 
 
+@pytest.mark.short("long area")
 @pytest.mark.parametrize("name", LAMPS)
 def test_with_lamps_and_world_only_its_mirror_image_is_left(stage, skin, name):
     """Colours that the lamp gives when it counts vanish: away from the mirror image all pixels are black. Cycles' few

@@ -50,6 +50,7 @@ def animate(frames):
                 made.data.keyframe_insert(path, frame=frame)
 
 
+@pytest.mark.short("cycles")
 @pytest.mark.parametrize(("engine", "persistent"), [("cycles", False), ("cycles", True), ("eevee", False)])
 def test_animated_lamps(stage, baked, engine, persistent):
     """By frame_set, and frame by frame in an animation render."""
@@ -81,6 +82,7 @@ def test_after_save_and_reload(files, baked, engine):
     agree(now(files).rgb(engine, PIXELS), wanted)
 
 
+@pytest.mark.short("cycles")
 @pytest.mark.parametrize(
     ("engine", "listed", "state"),
     [

@@ -69,6 +69,7 @@ def middle(baked, tmp_path):
     return path, atlas.unpack(image, layout)
 
 
+@pytest.mark.short("baked-0.3", "middle", "gold", "under_plate-0.3")
 @pytest.mark.parametrize(
     ("bake", "disc", "settings"),
     [
@@ -96,6 +97,7 @@ def test_the_shader_is_the_node_group_and_the_table(osl, addon, request, bake, d
     agree("node group", by_shader, by_nodes)
 
 
+@pytest.mark.short("[1]")
 @pytest.mark.parametrize("quarters", range(4))
 def test_a_head_on_view_has_one_albedo_bound(osl, addon, steep, quarters):
     """Like the node group, whatever the signs of the zeros."""

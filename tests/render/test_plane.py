@@ -180,6 +180,7 @@ def middle_row(image: np.ndarray) -> np.ndarray:
     return image[n - 1 : n + 1].mean(axis=0)
 
 
+@pytest.mark.short("[1]")
 @pytest.mark.parametrize("order", [-1, 1])
 def test_first_orders_lie_where_the_grating_equation_says(bakes, picture, order):
     blazed = bakes("blazed")
@@ -242,6 +243,7 @@ def test_cycles_renders_what_the_table_says(bakes, picture, to_sun, turn_deg, ne
         np.testing.assert_allclose(rendered[black], expected[black], rtol=0.02, atol=1e-6 * expected.max())
 
 
+@pytest.mark.short("cycles")
 @pytest.mark.parametrize("engine", ["cycles", "eevee"])
 def test_a_mesh_shows_the_same_from_behind(bakes, picture, engine):
     # Both sides reflect; Blender's Fresnel node alone would treat the back as the inside. EEVEE has half floats.

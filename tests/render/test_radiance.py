@@ -137,6 +137,7 @@ def relative_error(rendered, truth):
 BOUNDS = {"cycles": (0.005, 0.02), "eevee": (0.01, 0.04)}
 
 
+@pytest.mark.short("plane-two", "sphere-point", "snake")
 @pytest.mark.parametrize(
     ("form", "lights"),
     [*itertools.product(["plane", "sphere"], ["sun", "point", "two"]), ("snake", "two")],
@@ -155,6 +156,7 @@ def test_a_render_is_the_bake(stage, baked, form, lights):
         assert np.percentile(error, 95) <= p95
 
 
+@pytest.mark.short("baked-settings0", "baked-settings2", "baked-settings3", "gold-settings5", "under_plate-settings7")
 @pytest.mark.parametrize(
     ("bake", "settings"),
     [
@@ -193,6 +195,7 @@ def head_on(stage):
     return bpy.context.object
 
 
+@pytest.mark.short("[1]")
 @pytest.mark.parametrize("quarters", range(4))
 def test_a_head_on_view_has_one_albedo_bound(stage, steep, quarters):
     """Quarter turns give the zeros of a direction along the normal all their signs; the bound is read at one place."""

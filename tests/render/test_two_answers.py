@@ -36,7 +36,7 @@ def shown(stage, baked):
     return render
 
 
-@pytest.mark.short("cycles", "eevee-REST")
+@pytest.mark.short("cycles-REST")
 @pytest.mark.parametrize("lights", ["LAMPS", "REST"])
 @pytest.mark.parametrize("engine", ENGINES)
 def test_the_light_is_that_of_every_lamp(shown, engine, lights):
@@ -56,6 +56,7 @@ def test_up_to_three_lamps_nothing_is_drawn(shown, engine):
     np.testing.assert_array_equal(two, every)
 
 
+@pytest.mark.short("cycles")
 @pytest.mark.parametrize("engine", ENGINES)
 def test_suns_in_one_place_are_as_bright_as_their_sum(shown, engine):
     """Equal lamps are equally likely. One of them alone may be the strongest, and whichever is drawn stands for all."""

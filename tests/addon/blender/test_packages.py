@@ -73,6 +73,7 @@ def test_a_bake_without_openexr_is_one_line(scene, tmp_path, spoilt_child, state
     assert not list(tmp_path.glob("out/**/*"))
 
 
+@pytest.mark.short("missing")
 @pytest.mark.parametrize("state", STATES)
 def test_a_bake_needs_no_pillow(scene, tmp_path, spoilt_child, state):
     spoilt_child(state, "PIL", "xatlas")

@@ -122,6 +122,7 @@ def test_a_file_with_the_former_metal_opens(scene, waves, tmp_path):
     assert opened.bake_request().matter == parse("gold")
 
 
+@pytest.mark.short("gold")
 @pytest.mark.parametrize(("matter", "shows_base"), [("dielectric", True), ("gold", False), (STACK, True)])
 def test_nothing_is_seen_through_a_metal(scene, addon, scan, tmp_path, matter, shows_base):
     """A dielectric or a stack on an index shows the Base with what it does not reflect, a metal only by Base Blend."""

@@ -40,6 +40,7 @@ HIDE = {
 }
 
 
+@pytest.mark.short("excluded", "hidden parent")
 @pytest.mark.parametrize("way", HIDE)
 def test_a_hidden_lamp_leaves_its_place_to_a_visible_one(lit, ranked, way):
     """Even if the visible one is 1000 times weaker and the hidden one is already followed."""

@@ -33,7 +33,17 @@ def test_there_are_enough_lies():
     assert {name for names in blends.rounds() for name in names} <= set(blends.LIES)
 
 
-@pytest.mark.short(*(f"{count} more" for count in range(1, 10)), "driver", "picture", "grating's")
+@pytest.mark.short(
+    "ng_key_0_place deleted",
+    "numbers for flags",
+    "leads to a lamp",
+    "frame_map is a text",
+    "has another expression",
+    "third driver",
+    "is another",
+    "is sRGB",
+    "2147483647",
+)
 @pytest.mark.parametrize("names", ROUNDS, ids=lambda names: f"{names[0]} and {len(names) - 1} more")
 def test_nothing_raises(blend, names):
     faults, _ = blends.told(*blend, names, buttons=BUTTONS, render=False)

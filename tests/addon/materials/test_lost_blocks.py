@@ -253,6 +253,7 @@ def assigned(it, done, wanted, capfd):
         np.testing.assert_array_equal(shown_pixels(it), wanted)
 
 
+@pytest.mark.short("everything", "all pictures")
 @pytest.mark.parametrize("done", [
     "all pictures are deleted", "the response is deleted", "the second's response is deleted",
     "the Diffraction group is deleted", "the bakes' files and all pictures are deleted",

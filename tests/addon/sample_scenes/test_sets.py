@@ -37,6 +37,7 @@ def crumbs() -> tuple[np.ndarray, np.ndarray]:
     return matrices[:, :3, 3], np.linalg.norm(matrices[:, :3, 0], axis=1)
 
 
+@pytest.mark.short("soil", "turntable")
 @pytest.mark.parametrize("name", list(SETS))
 def test_a_set_holds_what_it_is_named_for(scene, name):
     build(scene, name)

@@ -53,6 +53,7 @@ def fails(capfd, **settings) -> str:
     return lines[0]
 
 
+@pytest.mark.short("POINTS", "STUDIO")
 @pytest.mark.parametrize("kind", KINDS)
 def test_each_kind_has_its_lamps_in_a_collection_of_their_own(lit, kind, capfd):
     out = reports(lambda: bpy.ops.grating.light_rig(kind=kind), capfd)
@@ -67,6 +68,7 @@ def test_each_kind_has_its_lamps_in_a_collection_of_their_own(lit, kind, capfd):
     assert [o.name for o in bpy.context.scene.collection.objects if o.type == "LIGHT"] == ["Sun"]
 
 
+@pytest.mark.short("GRID", "STUDIO")
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_key_stands_where_the_grating_equation_says(lit, kind):
     """The plane is seen from its normal, so u is the x component of the direction to the lamp."""
@@ -103,6 +105,7 @@ def grey(lamp, middle=(0.0, 0.0, 0.0)) -> float:
     return 0.5 * irradiance / math.pi
 
 
+@pytest.mark.short("SUN", "WINDOW")
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_key_exposes_grey(lit, kind):
     """The plane is 20 mm wide."""

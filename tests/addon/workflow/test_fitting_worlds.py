@@ -185,6 +185,7 @@ STILL = {
 }
 
 
+@pytest.mark.short("nothing", "keys", "driver", "movie", "parent")
 @pytest.mark.parametrize("how", [*ANIMATED, *STILL])
 def test_an_animated_world_has_no_sources(addon, scene, sky, how):
     """In all frames of a render they would shine where they were at one frame."""

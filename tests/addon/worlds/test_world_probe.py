@@ -63,6 +63,7 @@ def test_a_picture_is_seen_as_blender_lays_it_and_nothing_is_left_behind(addon, 
     assert fit.missed < 0.001
 
 
+@pytest.mark.short("[2]")
 @pytest.mark.parametrize("index", range(4))
 def test_the_sun_of_each_sky(addon, scene, index):
     """Irradiance and position against 300 x 300 pixels around the sun, rendered in this Blender."""

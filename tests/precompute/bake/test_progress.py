@@ -36,6 +36,7 @@ def told_by(reliefs, request):
     return list(dict.fromkeys(stages)), np.array(fractions)
 
 
+@pytest.mark.short("1-gold", "2-dielectric")
 @pytest.mark.parametrize("matter", STAGES)
 @pytest.mark.parametrize("scans", [1, 2])
 def test_one_bar_over_the_whole_bake(scans, matter):

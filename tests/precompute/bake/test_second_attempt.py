@@ -11,6 +11,7 @@ from precompute.surface.relief import prepare
 from precompute.surface.samples.ruled_gratings import sinusoidal
 
 
+@pytest.mark.short("None")
 @pytest.mark.parametrize(
     ("matter", "asked_m", "halves"), [("mirror", None, True), ("mirror", 4e-6, False), ("dielectric", None, False)]
 )

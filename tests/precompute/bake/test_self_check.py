@@ -85,6 +85,7 @@ def test_a_small_region_is_still_looked_at(matter):
     assert errors.pairs > (300 if matter == "gold" else 1000) and errors.p99 <= 1
 
 
+@pytest.mark.short("gold")
 @pytest.mark.parametrize("matter", ["dielectric", "gold"])
 def test_black_bright_and_shifted_bakes_fail(request, matter):
     made = request.getfixturevalue("gold" if matter == "gold" else "made")

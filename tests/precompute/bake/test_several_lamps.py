@@ -46,6 +46,7 @@ def matter(request):
     return request.param
 
 
+@pytest.mark.short("dielectric")
 def test_the_first_channels_are_those_of_a_plain_bake(disc, matter):
     """Planned and summed alike, before the functions of w are learnt: the same products with the same weights. A matrix
     product may sum them in another order, and single precision rounds some hundred terms by 1e-5 of the largest."""
@@ -57,6 +58,7 @@ def test_the_first_channels_are_those_of_a_plain_bake(disc, matter):
     np.testing.assert_allclose(more.zero_order[:, :3], plain.zero_order, atol=1e-6)
 
 
+@pytest.mark.short("dielectric")
 def test_a_file_s_xyz_are_those_of_a_plain_bake(disc, made, matter):
     """Both files have fewer functions of w than the table that they are learnt from, and half floats. Its XYZ are the
     same for both (the test above), so the files differ by at most the sum of what each loses. The functions are learnt
@@ -73,6 +75,7 @@ def test_a_file_s_xyz_are_those_of_a_plain_bake(disc, made, matter):
     np.testing.assert_allclose(more.zero_order_xyz(w), plain.zero_order_xyz(w), atol=2.0**-10)
 
 
+@pytest.mark.short("dielectric")
 def test_its_colours_under_lamps_are_right(made, matter):
     """The self-check's figures: within the dE00 of 1 that the bake is asked for under black bodies and daylight at the
     95th percentile. Under a part of the illuminant they are as right as under daylight, at the worst w: at most twice

@@ -54,6 +54,7 @@ def test_a_bake_for_several_lamps_passes(run, baked, scan):
     assert facts["lamps"]["2700K"]["p95"] < 1 < facts["lamps"]["FL11"]["p95"]
 
 
+@pytest.mark.short("gold-3-1.3", "dielectric-3--1.0", "dielectric-5")
 @pytest.mark.parametrize(("first", "factor"), [(3, 1.3), (3, -1.0), (5, 0.0)])
 def test_wrong_channels_fail(refused, baked, scan, tmp_path, first, factor):
     """The channels beyond XYZ are read, each is in its place, and XYZ themselves stay right."""
@@ -67,6 +68,7 @@ def test_wrong_channels_fail(refused, baked, scan, tmp_path, first, factor):
     assert "dE00 p95" in told and ", claimed" in told and "dE00 p99" not in told
 
 
+@pytest.mark.short("dielectric")
 def test_a_wrong_zero_order_of_a_channel_fails(refused, baked, scan, tmp_path):
     def fault(table):
         zero_order = table.zero_order.copy()
@@ -77,6 +79,7 @@ def test_a_wrong_zero_order_of_a_channel_fails(refused, baked, scan, tmp_path):
     assert "zero order off by" in told and "dE00" not in told
 
 
+@pytest.mark.short("dielectric")
 def test_claims_that_are_too_good_fail(run, baked, scan, tmp_path):
     path = spoilt(baked, tmp_path / "bold.exr", as_it_is, {"FL11": 0.02, "2700K": 9})
     status, out, err = run("check", path, scan, *PICTURE, *QUICK, "--json", "-")

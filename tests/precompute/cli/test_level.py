@@ -69,6 +69,7 @@ def test_it_is_checked_against_the_levelled_heights(baked, run, dusty):
     assert (status, err) == (0, ""), out
 
 
+@pytest.mark.short("levelling0")
 @pytest.mark.parametrize("levelling", [["grate"], [3], ["plane"] * 99])
 def test_a_header_whose_steps_are_none_is_refused_by_check(baked, refused, dusty, levelling):
     folder, _ = baked
