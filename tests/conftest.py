@@ -3,6 +3,7 @@
 it."""
 
 import os
+import random
 import shutil
 import sys
 import tempfile
@@ -28,11 +29,16 @@ os.environ["NATURAL_GRATINGS_CACHE"] = str(USER_FOLDER / "cache")
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--short", action="store_true", help="leave out the tests and cases of the night")
+    parser.addoption("--shuffle", type=int, metavar="SEED", help="run the files in a random order")
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """In a short run, leave out what is marked `night`, and of a test marked `short` the cases that it does not
-    name."""
+    """Shuffle the files, if asked. In a short run, leave out what is marked `night`, and of a test marked `short` the
+    cases that it does not name."""
+    if (seed := config.getoption("--shuffle")) is not None:
+        files = sorted({item.path for item in items})
+        random.Random(seed).shuffle(files)
+        items.sort(key=lambda item: files.index(item.path))
     if not config.getoption("--short"):
         return
     late = [item for item in items if is_for_the_night(item)]

@@ -13,6 +13,9 @@ from laboratory.benchmarks.faults_case import Case, SkipFault, assert_no_leftove
 CASES = faults_bake.cases(kills=2, memories_mib=(faults_bake.MEMORIES_MIB[0], faults_bake.MEMORIES_MIB[-1]))
 
 
+@pytest.mark.short(
+    "output's disk is full", "has the bake", "deleted during", "pulled out", "255 bytes", "too long", "of 2100"
+)
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_a_fault_costs_one_line_and_no_data(tmp_path, case):
     row = run(case, tmp_path)

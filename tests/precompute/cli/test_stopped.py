@@ -62,6 +62,7 @@ def left_in(folder):
     return [path for path in folder.rglob("*") if path.name != "told"]
 
 
+@pytest.mark.short("SIGINT-program", "SIGTERM-dev", "SIGHUP-program")
 @pytest.mark.parametrize("command", [PROGRAM, DEV], ids=["program", "dev"])
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
 def test_a_signal_ends_a_run(start, tmp_path, cache_folder, command, name):
@@ -117,6 +118,7 @@ def test_a_run_that_waits_for_another_ends_too(start, tmp_path, cache_folder):
     assert not (tmp_path / "two").exists() and not folder.exists()
 
 
+@pytest.mark.short("SIGTERM")
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
 def test_a_signal_to_the_demo_ends_its_step(tmp_path, name):
     line = [sys.executable, str(ROOT / "dev"), "demo", "--output", str(tmp_path / "demo")]

@@ -62,6 +62,7 @@ def test_a_damaged_tiff_is_told_in_one_line(tmp_path):
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux has such file names and /dev/full")
 class TestOnLinux:
+    @pytest.mark.short("variables2", "variables3")
     @pytest.mark.parametrize(("name", "variables"), TERMINALS)
     def test_every_name_is_read_written_and_told(self, scan, tmp_path, name, variables):
         named, out = os.path.join(os.fsencode(scan.parent), name), tmp_path / "out"
@@ -80,6 +81,7 @@ class TestOnLinux:
                 decoded = file if variables is not ASCII else file.encode("ascii", "surrogateescape")
                 assert os.path.isfile(decoded)
 
+    @pytest.mark.short("variables1")
     @pytest.mark.parametrize(("name", "variables"), TERMINALS)
     def test_every_name_is_told_in_an_error(self, tmp_path, name, variables):
         path = os.path.join(os.fsencode(tmp_path), name)

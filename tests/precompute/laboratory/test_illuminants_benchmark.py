@@ -8,6 +8,7 @@ import pytest
 from laboratory.benchmarks import illuminants
 
 
+@pytest.mark.night("tests/precompute/bake/test_several_lamps.py")
 def test_its_table(monkeypatch, capsys):
     """On a blaze: the own bake keeps its dE00 under a tube and a bulb, and so do six channels under the bulb. Nine
     channels are closer under an LED. Daylight's bake is wrong under each."""

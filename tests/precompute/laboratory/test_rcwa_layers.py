@@ -91,6 +91,7 @@ def test_films_have_the_same_thickness_in_every_column():
         assert columns == pytest.approx(np.full(16, thickness), abs=1e-9)
 
 
+@pytest.mark.short("binary", "sinusoidal-film on a dielectric")
 @pytest.mark.parametrize("name", list(FILMS)[:2])
 @pytest.mark.parametrize("kind", PROFILES)
 def test_finer_steps_and_more_orders_change_little(name, kind):

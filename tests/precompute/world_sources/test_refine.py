@@ -39,6 +39,7 @@ def panorama_of(suns):
     return sums / panorama_cells(ROWS, COLS).solid_angles.reshape(ROWS, COLS, 1)
 
 
+@pytest.mark.short("towards1", "towards4")
 @pytest.mark.parametrize(
     "towards", [(40.2, 10.3), (89.8, 20), (90, 0), (-90, 0), (0.5, 179.9), (40, 180), (40, -179.8), (-30, -100)]
 )
