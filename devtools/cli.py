@@ -75,8 +75,8 @@ def test(options: argparse.Namespace, arguments: list[str]) -> int:
         print("usage: ./dev [--bpy 4.5|5.2] test [--all | --changed | PATH ...] [--clock] [PYTEST OPTIONS]")
         print("Without --all and paths: the short set, which CI runs. A path runs all of its tests.")
         print("--changed: the rooms that differ from the last commit, and those that import them, in one Blender.")
-        print("--clock writes seconds of each test and phase into .env/reports/SUITE.clock, a JSON object a line. --shuffle SEED")
-        print("runs the files of each suite in a random order.")
+        print("--clock writes seconds of each test and phase into .env/reports/SUITE.clock, a JSON object a line.")
+        print("--shuffle SEED runs the files of each suite in a random order.")
         print("Suites, each in each environment it is for: " + ", ".join(suites.FOLDERS))
         return 0
     binary = blender.require_binary(options.blender) if options.blender else blender.find_binary()
