@@ -90,7 +90,7 @@ def naive_seconds(relief: Relief, chosen: Plan, transforms: int) -> tuple[float,
     for k in lambdas:
         lam = chosen.wavelengths[k]
         power, _ = scattered_spectrum(relief, 1 / lam, grid)
-        resample = Resampler(grid, u, v, lam, chosen.sigma_b, 2 + 3 * chosen.texel)
+        resample = Resampler(grid, u, v, lam, grid.kernel_left(chosen.sigma_b, lam), 2 + 3 * chosen.texel)
         table += resample(power[resample.kept])[..., None] * weights[k]
     each = (time.perf_counter() - started) / transforms
     total = len(chosen.wavelengths) * chosen.terms

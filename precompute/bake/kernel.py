@@ -5,6 +5,7 @@ import math
 from collections.abc import Sequence
 
 from ..base.failure import GratingError
+from ..colour.observer import WAVELENGTH_MAX_M
 from ..optics import coherence
 from ..surface.relief import Relief
 from .request import BakeRequest
@@ -19,11 +20,13 @@ def kernel_for(reliefs: Sequence[Relief], request: BakeRequest) -> float:
     """The standard deviation sigma_b of the kernel in (u, v) that a bake begins with.
 
     A requested coherence length sets sigma_b. Without one, it is the narrowest kernel that averages enough coherence
-    areas of all scans together (optics/coherence.py). It is at least as wide as the scene's lights and pixels.
+    areas of all scans together (optics/coherence.py). It is at least as wide as the scene's lights and pixels, and
+    leaves room for the scans' apodisation windows at every wavelength.
 
     Raises GratingError for a coherence length that is shorter than a wavelength, longer than the scan, or too long for
     any table, and for scans that are too small to average enough areas."""
-    coherence_length_m, needs = request.coherence_length_m, request.needs
+    coherence_length_m = request.coherence_length_m
+    least = max(request.needs.kernel, *(_beside_window(relief) for relief in reliefs))
     held = min(_longest_coherence(relief) for relief in reliefs)
     if coherence_length_m is None:
         length_m = min(coherence.longest_averaging_length(*extent(reliefs)), held)
@@ -34,7 +37,7 @@ def kernel_for(reliefs: Sequence[Relief], request: BakeRequest) -> float:
                 "a wavelength",
                 "give a larger one, or several",
             )
-        return max(coherence.kernel_sigma(max(length_m, SHORTEST_COHERENCE_M)), needs.kernel)
+        return max(coherence.kernel_sigma(max(length_m, SHORTEST_COHERENCE_M)), least)
     asked = f"coherence of {coherence_length_m * 1e6:.3g} um"
     if coherence_length_m < SHORTEST_COHERENCE_M:
         raise GratingError(asked, "shorter than a wavelength", f"ask for at least {SHORTEST_COHERENCE_M * 1e6:g} um")
@@ -44,7 +47,7 @@ def kernel_for(reliefs: Sequence[Relief], request: BakeRequest) -> float:
             f"longer than the scan, {_sides(reliefs)} um, which would show as one speckle",
             f"ask for at most {math.floor(held * 1e8) / 100:g} um, or give a larger scan",
         )
-    sigma_b = max(coherence.kernel_sigma(coherence_length_m), needs.kernel)
+    sigma_b = max(coherence.kernel_sigma(coherence_length_m), least)
     if resolution_for(sigma_b, TEXELS_MIN) > RESOLUTION_MAX:
         raise too_fine(coherence_length_m, request.delta_e)
     return sigma_b
@@ -61,6 +64,12 @@ def extent(reliefs: Sequence[Relief]) -> tuple[float, float]:
 def _changing_sides(relief: Relief) -> list[float]:
     """The sides, in metres, along which a relief has more than one pixel."""
     return [side for side, count in zip(relief.size_m, relief.height_m.shape, strict=True) if count > 1]
+
+
+def _beside_window(relief: Relief) -> float:
+    """The least sigma_b that a relief's apodisation window leaves room for: 0 if it wraps, else that of a coherence
+    length of 0.56 times the scan's shorter side."""
+    return WAVELENGTH_MAX_M * max(relief.window_q) / math.sqrt(coherence.WINDOW_SHARE)
 
 
 def _longest_coherence(relief: Relief) -> float:

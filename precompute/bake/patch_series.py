@@ -63,12 +63,14 @@ class PatchSeries(SpectrumSeries):
         """Zero: the zero order is not separated from the other light."""
         return np.zeros(np.shape(s))
 
-    def kernel_left(self, sigma: float, wavelength_m: float) -> float:
-        """The standard deviation in (u, v) of the bins' Gaussian at a wavelength, for a kernel sigma up to sigma_b.
+    def kernel_left(self, sigma: float, wavelength_m: float) -> tuple[float, float]:
+        """The standard deviation, twice, of the bins' Gaussian in (u, v) at a wavelength, for a kernel sigma up to
+        sigma_b.
 
         The Gaussian's variance is smaller by sigma_b^2 - sigma^2, but at least the share _GAUSSIAN_LEFT."""
         whole = (wavelength_m * self.gaussian) ** 2
-        return math.sqrt(max(whole + sigma**2 - self.sigma_b**2, _GAUSSIAN_LEFT * whole))
+        left = math.sqrt(max(whole + sigma**2 - self.sigma_b**2, _GAUSSIAN_LEFT * whole))
+        return left, left
 
 
 def patch_series(window: PatchWindow, reach: float, progress: Progress = silent) -> PatchSeries:

@@ -4,7 +4,6 @@
 The docstring of table/sample_set.py describes the method and its symbols.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import reduce
@@ -53,12 +52,12 @@ def make_sample_set(
         return SampleSet(np.zeros((1, 1, 2)), np.zeros((1, 1, 1, COEFFICIENTS), np.float32), s_max, sigma_b, 0.0)
     order = z_curve(size)
     parts = _draw(ensemble, pdfs, sobol_points(size * size))
-    blur_q = max(part.series.blur_q for part in parts)
+    held = [np.hypot(part.series.blur_q, part.series.grid.window_q[::-1]) for part in parts]
+    blur_q = float(np.max(held))
     rng = np.random.default_rng(0)
     q = np.empty((size * size, 2))
-    for part in parts:
-        lacking = math.sqrt(blur_q**2 - part.series.blur_q**2)
-        q[part.numbers] = part.q + lacking * rng.standard_normal(part.q.shape)
+    for part, own in zip(parts, held, strict=True):
+        q[part.numbers] = part.q + np.sqrt(blur_q**2 - own**2) * rng.standard_normal(part.q.shape)
     count = _pieces_needed(parts, min(size * size, _PROBED), s_max, tolerance)
     pieces = _fitted(parts, size * size, count, s_max).astype(np.float32)
     return SampleSet(q[order], np.moveaxis(pieces[:, :, order], 1, -1), s_max, sigma_b, blur_q)

@@ -163,8 +163,8 @@ def _density(
 
     `sigma` (n,) is the standard deviation of the kernel at each v and each u."""
     left = np.array([series.kernel_left(each, lam) for each in sigma])
-    rows, row_kernel = _kernels(series.grid.q_y, v, lam, left)
-    cols, col_kernel = _kernels(series.grid.q_x, u, lam, left)
+    rows, row_kernel = _kernels(series.grid.q_y, v, lam, left[:, 0])
+    cols, col_kernel = _kernels(series.grid.q_x, u, lam, left[:, 1])
     bins = series.scattered_over_s2[:, rows[:, :, None], cols[:, None, :]]
     blurred = row_kernel @ bins @ col_kernel.transpose(0, 2, 1)
     return np.tensordot(series.weights(w / lam) / lam**2, blurred, axes=1)

@@ -6,11 +6,11 @@ pixel, at a list of frequencies.
 
 A surface that wraps has orders at whole multiples of 1 / length, and no light at other frequencies. The spectrum of a
 surface that does not wrap is continuous. It is sampled at multiples of 1 / (length + PAD / (2 pi sigma_q)), where
-sigma_q is the standard deviation of the kernel in cycles per metre. At this spacing the kernel's sum over the samples
-is the kernel's integral: blurring a spectrum by the kernel weights the lags of the scan's autocorrelation by a Gaussian
-of standard deviation 1 / (2 pi sigma_q). Sampling the spectrum repeats this Gaussian with the period length + PAD / (2
-pi sigma_q), and the repetitions weight the lags as well. The longest lag of the scan, at which the apodised scan barely
-overlaps itself, gets a weight of exp(-PAD^2 / 2) from a repetition, all other lags less.
+sigma_q is the standard deviation of the applied kernel in cycles per metre. At this spacing the kernel's sum over the
+samples is the kernel's integral: blurring a spectrum by the kernel weights the lags of the scan's autocorrelation by a
+Gaussian of standard deviation 1 / (2 pi sigma_q). Sampling the spectrum repeats this Gaussian with the period length +
+PAD / (2 pi sigma_q), and the repetitions weight the lags as well. The longest lag of the scan, at which the apodised
+scan barely overlaps itself, gets a weight of exp(-PAD^2 / 2) from a repetition, all other lags less.
 
 The sums are in single precision. Each rounding is 6e-8 of its number. So the cells share about 1e-14 of the light that
 belongs elsewhere.
@@ -40,18 +40,20 @@ class Cells:
     """The scattered spectrum in cells of frequency.
 
     q_y, q_x  the centres (ny,) and (nx,) of the cells, in cycles per metre, ascending
-    power     (ny, nx) float32, the share of the light that is scattered into each cell"""
+    power     (ny, nx) float32, the share of the light that is scattered into each cell
+    window_q  widths (y, x) of the scan's apodisation window, in cycles per metre, which the cells' light already has"""
 
     q_y: np.ndarray
     q_x: np.ndarray
     power: np.ndarray
+    window_q: tuple[float, float]
 
     def density(self, u: np.ndarray, v: np.ndarray, lam: float, *, sigma_b: float) -> np.ndarray:
-        """Density (n,) over (u, v) at places u, v (n,), at the wavelength lam in metres.
+        """Density (n,) over (u, v) at places u, v (n,), at the wavelength lam in metres, under a kernel of sigma_b.
 
-        The light of each cell is spread as a Gaussian of sigma_b about lam * q."""
-        rows, kernel_y = _near(self.q_y, v, lam, sigma_b)
-        cols, kernel_x = _near(self.q_x, u, lam, sigma_b)
+        The light of each cell is spread about lam * q as a Gaussian of the rest of the kernel."""
+        rows, kernel_y = _near(self.q_y, v, lam, _rest(sigma_b, lam * self.window_q[0]))
+        cols, kernel_x = _near(self.q_x, u, lam, _rest(sigma_b, lam * self.window_q[1]))
         found = np.empty(len(u))
         at_once = max(1, _GATHERED // (rows.shape[1] * cols.shape[1]))
         for start in range(0, len(u), at_once):
@@ -83,25 +85,33 @@ class Cells:
         times the kernel's sixth derivative, for places h apart. A Gaussian's sixth derivative is at most 15 / sigma^6
         of its peak. So one merging at h = sigma / 3 is off by 1e-4 of the peak, all of both axes by 2.1e-4, which is a
         dE00 of at most 0.01."""
-        q_y, power = _merged_along(self.q_y, self.power, sigma_q)
-        q_x, power = _merged_along(self.q_x, power.T, sigma_q)
-        return Cells(q_y, q_x, power.T)
+        q_y, power = _merged_along(self.q_y, self.power, _rest(sigma_q, self.window_q[0]))
+        q_x, power = _merged_along(self.q_x, power.T, _rest(sigma_q, self.window_q[1]))
+        return replace(self, q_y=q_y, q_x=q_x, power=power.T)
 
     def _summed(self, u: np.ndarray, v: np.ndarray, lam: float, sigma: float) -> np.ndarray:
         """The density (n,) as a sum over all cells."""
-        kernel_y, kernel_x = (_gaussian(at[:, None] - lam * q, sigma) for at, q in ((v, self.q_y), (u, self.q_x)))
+        kernel_y, kernel_x = (
+            _gaussian(at[:, None] - lam * q, _rest(sigma, lam * width))
+            for at, q, width in zip((v, u), (self.q_y, self.q_x), self.window_q, strict=True)
+        )
         return np.einsum("nx,nx->n", kernel_y @ self.power, kernel_x)
 
 
-def _near(q: np.ndarray, places: np.ndarray, lam: float, sigma_b: float) -> tuple[np.ndarray, np.ndarray]:
+def _rest(sigma: float, width: float) -> float:
+    """The standard deviation, at least sigma / sqrt(3), that widens a window of this width to a kernel of sigma."""
+    return float(np.sqrt(max(sigma**2 - width**2, sigma**2 / 3)))
+
+
+def _near(q: np.ndarray, places: np.ndarray, lam: float, sigma: float) -> tuple[np.ndarray, np.ndarray]:
     """Indices (n, m) of the frequencies within the kernel's reach of places (n,), and the kernel there."""
     centres = lam * q
-    first = np.searchsorted(centres, places - KERNEL_REACH * sigma_b)
-    count = int((np.searchsorted(centres, places + KERNEL_REACH * sigma_b) - first).max(initial=1))
+    first = np.searchsorted(centres, places - KERNEL_REACH * sigma)
+    count = int((np.searchsorted(centres, places + KERNEL_REACH * sigma) - first).max(initial=1))
     index = first[:, None] + np.arange(count)
     inside = index < len(q)
     index = np.minimum(index, len(q) - 1)
-    return index, inside * _gaussian(places[:, None] - centres[index], sigma_b)
+    return index, inside * _gaussian(places[:, None] - centres[index], sigma)
 
 
 def _gaussian(distance: np.ndarray, sigma: float) -> np.ndarray:
@@ -142,7 +152,7 @@ def scattered_cells(relief: Relief, s: float, reach: tuple[float, float], *, sig
     ]
     energy = np.prod([np.sum(apodisation**2) for apodisation in relief.apodisation_axes])
     power = _power(sums) * np.float32(np.prod(relief.pixel_size_m) * step_y * step_x / energy)
-    return Cells(np.concatenate([-q_y[:0:-1], q_y]), np.concatenate([-q_x[:0:-1], q_x]), power)
+    return Cells(np.concatenate([-q_y[:0:-1], q_y]), np.concatenate([-q_x[:0:-1], q_x]), power, relief.window_q)
 
 
 def _frequencies(relief: Relief, axis: int, reach: float, sigma_q: float) -> tuple[np.ndarray, float]:
@@ -150,7 +160,7 @@ def _frequencies(relief: Relief, axis: int, reach: float, sigma_q: float) -> tup
     length, pixel = relief.size_m[axis], relief.pixel_size_m[axis]
     # A scan of a single line is a profile, constant across its short axis, and needs no padding along that axis.
     if not relief.periodic and relief.height_m.shape[axis] > 1:
-        length += PAD / (2 * np.pi * sigma_q)
+        length += PAD / (2 * np.pi * _rest(sigma_q, relief.window_q[axis]))
     most = min(reach * length, (length / pixel - 1) / 2 + 1e-6)
     return np.arange(int(most) + 1) / length, 1 / length
 

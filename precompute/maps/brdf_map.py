@@ -93,7 +93,7 @@ def from_reference(
     scattered = np.zeros((size, size, seen.weights.shape[1]))
     zero_order = np.zeros_like(scattered)
     for k, (lam, weight) in enumerate(zip(seen.lambdas, seen.weights, strict=True)):
-        resample = Resampler(series.grid, axis + wi[0], axis + wi[1], lam, sigma_b)
+        resample = Resampler(series.grid, axis + wi[0], axis + wi[1], lam, series.kernel_left(sigma_b, lam))
         mix = series.weights(w / lam) / lam**2
         density = sum(mix[..., m] * resample(series.scattered_over_s2[m][resample.kept]) for m in range(mix.shape[-1]))
         scattered += density[..., None] * weight

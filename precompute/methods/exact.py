@@ -60,7 +60,7 @@ class Ensemble(Method):
         ascending = u[::-1]
         rows = []
         for lam in lambdas_m:
-            resample = Resampler(grid, ascending, np.zeros(1), lam, sigma)
+            resample = Resampler(grid, ascending, np.zeros(1), lam, grid.kernel_left(sigma, lam))
             weights = series.weights(w / lam) * (w / lam)[:, None] ** 2
             blurred = np.stack([resample(power[resample.kept])[0, ::-1] for power in series.scattered_over_s2], axis=-1)
             kernel = np.exp(-0.5 * (u / sigma) ** 2) / (2 * np.pi * sigma**2)

@@ -13,6 +13,9 @@ import math
 REFERENCE_WAVELENGTH_M = 550e-9
 # The default kernel averages this many coherence areas. An average over fewer areas is mostly speckle.
 MINIMUM_AREAS = 30
+# A kernel is narrowed by what an apodisation window adds, by at most this share of its variance. The rest is still wide
+# enough for the bins of a spectrum, and an order keeps its width to 3 % and its peak to 5 %.
+WINDOW_SHARE = 2 / 3
 # The thesis's coherence length, which is the default of the patch model.
 THESIS_COHERENCE_M = 65e-6
 
@@ -25,6 +28,13 @@ def kernel_sigma(coherence_length_m: float) -> float:
 def coherence_length(sigma_b: float) -> float:
     """The coherence length in metres of a kernel of standard deviation sigma_b in (u, v); inverts kernel_sigma."""
     return kernel_sigma(1.0) / sigma_b
+
+
+def kernel_left(sigma: float, held: float) -> float:
+    """The standard deviation of the kernel that widens a Gaussian of standard deviation `held` to sigma.
+
+    It is at least sqrt(1 - WINDOW_SHARE) times sigma."""
+    return math.sqrt(max(sigma**2 - held**2, (1 - WINDOW_SHARE) * sigma**2))
 
 
 def coherence_areas(size_m: tuple[float, float], coherence_length_m: float, profiles_m: float = 0.0) -> float:

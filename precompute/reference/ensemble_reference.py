@@ -52,12 +52,14 @@ def blurred(
     power: np.ndarray, grid: FrequencyGrid, uv: tuple[np.ndarray, np.ndarray], *, lam: float, sigma_b: float,
     cut: float = KERNEL_REACH,
 ) -> np.ndarray:  # fmt: skip
-    """Density (n,) over (u, v) of the binned power (ny, nx), at the places uv, two arrays (n,).
+    """Density (n,) over (u, v) of the binned power (ny, nx) under a kernel sigma_b, at the places uv, two arrays (n,).
 
-    The light of each bin is spread as a Gaussian of sigma_b about lambda * q, cut off at `cut` times sigma_b."""
+    The light of each bin is spread about lambda * q as a Gaussian, cut off at `cut` standard deviations. It is narrower
+    than sigma_b by what the apodisation window adds."""
     u, v = uv
-    index_y, kernel_y = _kernel_bins(grid.q_y, v, lam, sigma_b, cut)
-    index_x, kernel_x = _kernel_bins(grid.q_x, u, lam, sigma_b, cut)
+    sigma_v, sigma_u = grid.kernel_left(sigma_b, lam)
+    index_y, kernel_y = _kernel_bins(grid.q_y, v, lam, sigma_v, cut)
+    index_x, kernel_x = _kernel_bins(grid.q_x, u, lam, sigma_u, cut)
     density = np.empty(len(u))
     chunk = max(1, 4_000_000 // (index_y.shape[1] * index_x.shape[1]))
     for start in range(0, len(u), chunk):
@@ -68,7 +70,7 @@ def blurred(
 
 
 def _kernel_bins(
-    q: np.ndarray, position: np.ndarray, lam: float, sigma_b: float, cut: float
+    q: np.ndarray, position: np.ndarray, lam: float, sigma: float, cut: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """For each position (n,) in u or v, the indices of the bins within the kernel's reach and the kernel's values
     there. Both are arrays (n, m), where m bins are enough for every position."""
@@ -76,10 +78,10 @@ def _kernel_bins(
         centre = np.zeros((len(position), 1), int)
     else:
         spacing = q[1] - q[0]
-        reach = int(np.ceil(cut * sigma_b / (lam * spacing)))
+        reach = int(np.ceil(cut * sigma / (lam * spacing)))
         nearest = np.rint((np.asarray(position) / lam - q[0]) / spacing).astype(int)
         centre = nearest[:, None] + np.arange(-reach, reach + 1)
     inside = (centre >= 0) & (centre < len(q))
     index = np.clip(centre, 0, len(q) - 1)
-    distance = (np.asarray(position)[:, None] - lam * q[index]) / sigma_b
-    return index, inside * np.exp(-0.5 * distance**2) / (np.sqrt(2 * np.pi) * sigma_b)
+    distance = (np.asarray(position)[:, None] - lam * q[index]) / sigma
+    return index, inside * np.exp(-0.5 * distance**2) / (np.sqrt(2 * np.pi) * sigma)

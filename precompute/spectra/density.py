@@ -34,8 +34,8 @@ def density_at(
         part = order[start : start + at_once]
         for first in range(0, len(lambdas), _WAVELENGTHS_AT_ONCE):
             group = slice(first, first + _WAVELENGTHS_AT_ONCE)
-            row, down = _reached(series.grid.q_y, v[part], lambdas[group], left[group])
-            column, across = _reached(series.grid.q_x, u[part], lambdas[group], left[group])
+            row, down = _reached(series.grid.q_y, v[part], lambdas[group], left[group, 0])
+            column, across = _reached(series.grid.q_x, u[part], lambdas[group], left[group, 1])
             window = down.shape[1], across.shape[1]
             windows = sliding_window_view(values, window, axis=(1, 2)).transpose(1, 2, 0, 3, 4)
             near = windows[row, column]
@@ -43,7 +43,7 @@ def density_at(
             along = along.reshape(*near.shape[:3], -1)
             mixed = (along * mix[group].T[:, None]).sum(axis=1)
             found[group, part] = (mixed * down).sum(axis=1).T
-    return found / (2 * math.pi * left[:, None] ** 2)
+    return found / (2 * math.pi * left.prod(axis=1, keepdims=True))
 
 
 def _reached(q: np.ndarray, at: np.ndarray, lambdas: np.ndarray, sigma: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

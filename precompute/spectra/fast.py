@@ -8,7 +8,7 @@ confirms it on the whole relief.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -174,12 +174,12 @@ def _thinned_grid(grid: FrequencyGrid, finest_kernel: float) -> FrequencyGrid:
     if np.prod([2 * n + 1 for n in reach]) > 0.5 * len(grid.q_y) * len(grid.q_x):
         return grid
     q_y, q_x = (np.arange(-n, n + 1) * spacing for n in reach)
-    return FrequencyGrid(q_y, q_x, grid.transform_shape)
+    return replace(grid, q_y=q_y, q_x=q_x)
 
 
 def _blurred(power: np.ndarray, grid: FrequencyGrid, coarse: FrequencyGrid, *, blur_q: float) -> np.ndarray:
     """Blur the fine grid's power (ny, nx) by blur_q (cycles per metre) and sample it in the coarse grid's bins."""
-    resample = Resampler(grid, coarse.q_x, coarse.q_y, 1.0, blur_q)
+    resample = Resampler(grid, coarse.q_x, coarse.q_y, 1.0, (blur_q, blur_q))
     return resample(power[resample.kept]) * np.float32(
         (coarse.q_y[1] - coarse.q_y[0]) * (coarse.q_x[1] - coarse.q_x[0])
     )

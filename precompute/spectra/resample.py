@@ -18,20 +18,22 @@ _ROWS_PER_BLOCK = 16
 class Resampler:
     """Blurs and resamples the bins of one wavelength onto the grid of u (nu,) and v (nv,), both ascending.
 
-    The density is G_v power G_u^T with G[i, j] = N(u_i - lambda q_j; sigma), a normal density of standard deviation
-    sigma. `lam` is the wavelength in metres. `kept` holds the slices (rows, columns) of the grid's bins that the kernel
-    reaches; a caller passes the power of these bins only. The density may stay 0 farther than `radius` from (0, 0)."""
+    The density is G_v power G_u^T with G[i, j] = N(u_i - lambda q_j; sigma), a normal density of a standard deviation
+    along each axis, `sigmas` (along v, along u). `lam` is the wavelength in metres. `kept` holds the slices (rows,
+    columns) of the grid's bins that the kernel reaches; a caller passes the power of these bins only. The density may
+    stay 0 farther than `radius` from (0, 0)."""
 
     def __init__(
-        self, grid: FrequencyGrid, u: np.ndarray, v: np.ndarray, lam: float, sigma: float, radius: float = math.inf
-    ) -> None:
-        reach = KERNEL_REACH * sigma
-        sides = (lam * grid.q_y, v), (lam * grid.q_x, u)
-        rows, columns = (slice(*np.searchsorted(q, [axis[0] - reach, axis[-1] + reach])) for q, axis in sides)
+        self, grid: FrequencyGrid, u: np.ndarray, v: np.ndarray, lam: float, sigmas: tuple[float, float],
+        radius: float = math.inf,
+    ) -> None:  # fmt: skip
+        reach_v, reach_u = (KERNEL_REACH * sigma for sigma in sigmas)
+        sides = (lam * grid.q_y, v, reach_v), (lam * grid.q_x, u, reach_u)
+        rows, columns = (slice(*np.searchsorted(q, [at[0] - reach, at[-1] + reach])) for q, at, reach in sides)
         self.kept = rows, columns
         centres = lam * grid.q_x[columns]
-        self._rows = _blocks(lam * grid.q_y[rows], v, sigma, across=centres, past=reach, radius=radius)
-        self._cols = _blocks(centres, u, sigma, across=v, past=0.0, radius=radius)
+        self._rows = _blocks(lam * grid.q_y[rows], v, sigmas[0], across=centres, past=reach_u, radius=radius)
+        self._cols = _blocks(centres, u, sigmas[1], across=v, past=0.0, radius=radius)
         self._shape = len(v), len(u)
 
     def __call__(self, power: np.ndarray, out: np.ndarray | None = None) -> np.ndarray:

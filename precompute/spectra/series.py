@@ -6,7 +6,6 @@ Let P be the transform of the phasor at s, and h and h' the heights of two pixel
 vanishes as s^2. The series holds the spectrum divided by s^2, which stays well conditioned at grazing angles.
 """
 
-import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -76,9 +75,10 @@ class SpectrumSeries:
         weights = weights.astype(self.scattered_over_s2.dtype)
         return weights @ self.scattered_over_s2.transpose(1, 0, 2)[rows, :, columns]
 
-    def kernel_left(self, sigma: float, wavelength_m: float) -> float:
-        """The standard deviation in (u, v) that widens the bins' own blur to sigma at a wavelength."""
-        return math.sqrt(sigma**2 - (wavelength_m * self.blur_q) ** 2)
+    def kernel_left(self, sigma: float, wavelength_m: float) -> tuple[float, float]:
+        """The standard deviations (along v, along u) of the kernel to apply to the bins at a wavelength, so that the
+        result has the kernel sigma in (u, v)."""
+        return self.grid.kernel_left(sigma, wavelength_m, blur_q=self.blur_q)
 
 
 def spectrum_series(

@@ -19,9 +19,10 @@ small s, and weights would reach 21 times the mean.
 
 **q** is the frequency of a bin of the spectrum (spectra/series.py). The bins are close enough for the bake's kernel,
 which is the lobe that a closure draws. So q needs no jitter within its bin, and a grating's orders keep their place.
-One exception: bins may already be blurred by a part of the kernel, a Gaussian of standard deviation blur_q, so that
-fewer of them suffice. A lobe at lambda then has the rest of the kernel, sqrt(sigma_b^2 - (lambda blur_q)^2). If scans
-differ in blur_q, the frequencies of the less blurred scans are jittered by a Gaussian that makes up the difference.
+One exception: bins may already be blurred by a part of the kernel, a Gaussian of standard deviation blur_q. It is the
+width of a scan's apodisation window, and of a blur that lets fewer bins suffice. A lobe at lambda then has the rest of
+the kernel, sqrt(sigma_b^2 - (lambda blur_q)^2). If scans or their axes differ in blur_q, the less blurred frequencies
+are jittered by a Gaussian that makes up the difference.
 
 **Texels** are the points of Sobol's (0, 2)-sequence along a Z curve. A point's first coordinate chooses the row of
 bins, the second the bin in that row. So every aligned block of 2^a x 2^a texels is a stratified set: a material may

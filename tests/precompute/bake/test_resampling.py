@@ -19,7 +19,7 @@ def test_resampling_is_the_references_blur(lam):
     grid = reference_grid(relief, sigma)
     power, _ = scattered_spectrum(relief, 1.5 / lam, grid)
     u, v = np.linspace(-1.9, 1.8, 150), np.linspace(-0.7, 1.1, 40)
-    resample = Resampler(grid, u, v, lam, sigma)
+    resample = Resampler(grid, u, v, lam, (sigma, sigma))
     image = resample(power[resample.kept])
     places = [c.ravel() for c in np.meshgrid(u, v)]
     expected = blurred(power, grid, places, lam=lam, sigma_b=sigma).reshape(40, 150)
@@ -29,7 +29,7 @@ def test_resampling_is_the_references_blur(lam):
 def test_resampling_meets_no_bins():
     relief = waves()
     grid = frequency_grid(relief, 1e6, 1e5)
-    resample = Resampler(grid, np.linspace(1.8, 1.9, 5), np.linspace(1.8, 1.9, 4), 400e-9, 0.01)
+    resample = Resampler(grid, np.linspace(1.8, 1.9, 5), np.linspace(1.8, 1.9, 4), 400e-9, (0.01, 0.01))
     power, _ = scattered_spectrum(relief, 1e6, grid)
     np.testing.assert_array_equal(resample(power[resample.kept]), np.zeros((4, 5)))
 
@@ -41,7 +41,7 @@ def test_no_resampled_impulse_is_subnormal():
     axis = np.linspace(-2, 2, 400)
     power = np.zeros((1, 401), np.float32)
     power[0, 200] = 1
-    image = Resampler(grid, axis, np.zeros(1), 500e-9, 0.01)(power)
+    image = Resampler(grid, axis, np.zeros(1), 500e-9, (0.01, 0.01))(power)
     lit = image[image > 0]
     assert 10 <= len(lit) <= 12
     assert lit.min() > np.finfo(np.float32).tiny

@@ -19,7 +19,7 @@ def speckle(shape, seed=2):
     power[shape[0] // 2 + 8, shape[1] // 2 - 13] = 1000
     power /= power.sum()
     q_y, q_x = (STEP * (np.arange(n) - n // 2) for n in shape)
-    return Cells(q_y, q_x, power)
+    return Cells(q_y, q_x, power, (0.0, 0.0))
 
 
 def all_cells(cells, u, v, sigma):
@@ -50,7 +50,7 @@ def test_one_order_keeps_its_place_where_cells_are_merged():
     for at in range(8):
         power = np.zeros((1, 101), np.float32)
         power[0, 40 + at] = 1
-        cells = Cells(np.zeros(1), STEP * np.arange(101.0), power)
+        cells = Cells(np.zeros(1), STEP * np.arange(101.0), power, (0.0, 0.0))
         place = LAM * cells.q_x[40 + at]
         u = place + np.linspace(-4, 4, 33) * sigma
         found = cells.wide_density(u, np.zeros(33), LAM, sigma=np.full(33, sigma))

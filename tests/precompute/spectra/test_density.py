@@ -28,8 +28,8 @@ def over_every_bin(series, u, v, *, w, sigma):
         left = series.kernel_left(sigma, lam)
         mix = series.weights(np.array(w / lam)) * (w / lam) ** 2
         down, across = (
-            np.exp(-0.5 * ((at[:, None] - lam * q) / left) ** 2) / (np.sqrt(2 * np.pi) * left)
-            for at, q in ((v, series.grid.q_y), (u, series.grid.q_x))
+            np.exp(-0.5 * ((at[:, None] - lam * q) / rest) ** 2) / (np.sqrt(2 * np.pi) * rest)
+            for at, q, rest in zip((v, u), (series.grid.q_y, series.grid.q_x), left, strict=True)
         )
         found.append(np.einsum("k,kyx,ny,nx->n", mix, series.scattered_over_s2, down, across, optimize=True))
     return np.array(found)

@@ -73,7 +73,7 @@ def test_thinned_bins_are_the_same_light(periodic):
     axis = np.linspace(-1.5, 1.5, 90)
     fine = frequency_grid(relief, Q_MAX, 8 * bins)
     exact, _ = scattered_spectrum(relief, s, fine)
-    resample = Resampler(fine, axis, axis, lam, sigma)
+    resample = Resampler(fine, axis, axis, lam, fine.kernel_left(sigma, lam))
     truth = resample(exact[resample.kept])
     power = series.mixed(series.weights(np.array([s])) * s**2, WHOLE)[:, 0]
     resample = Resampler(series.grid, axis, axis, lam, series.kernel_left(sigma, lam))

@@ -83,10 +83,11 @@ def test_a_mirror_scatters_nothing():
 
 
 def test_nothing_is_scattered_at_the_horizon():
-    """The scattered part grows as s^2; the next term is (2 pi s h)^2 times smaller."""
+    """The scattered part grows as s^2; the next term is (2 pi s h)^2 times smaller. At s = 0 the mean phasor is off by a
+    few roundings of 1e-16."""
     relief = rough(0)
     grid = every_bin(relief)
-    assert scattered_spectrum(relief, 0.0, grid)[0].max() == 0
+    assert scattered_spectrum(relief, 0.0, grid)[0].max() <= 1e-30
     one, ten = (scattered_spectrum(relief, s, grid)[0].sum() for s in (1e2, 1e3))
     assert ten / one == pytest.approx(100, rel=1e-3)
 

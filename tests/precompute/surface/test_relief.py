@@ -77,8 +77,8 @@ def test_a_surface_that_wraps_is_not_apodised():
 
 
 @pytest.mark.parametrize("shape", [(64, 64), (65, 200), (16, 1), (1, 40)])
-def test_the_apodisation_rises_over_an_eighth_at_each_end(shape):
-    """It is separable and symmetric, 1 over the middle three quarters, and 0.5 at a sixteenth from each end."""
+def test_the_apodisation_rises_over_a_fifth_at_each_end(shape):
+    """It is separable and symmetric, 1 over the middle three fifths, and 0.5 at a tenth from each end."""
     apodisation = prepare(height_map(rough(0, shape))).apodisation
     rows, cols = shape
     down, across = apodisation[:, cols // 2], apodisation[rows // 2]
@@ -90,14 +90,14 @@ def test_the_apodisation_rises_over_an_eighth_at_each_end(shape):
             assert profile == 1
             continue
         x = (np.arange(count) + 0.5) / count
-        np.testing.assert_array_equal(profile[(x >= 1 / 8) & (x <= 7 / 8)], 1)
-        assert (np.diff(profile[x < 1 / 8]) > 0).all()
+        np.testing.assert_array_equal(profile[(x >= 1 / 5) & (x <= 4 / 5)], 1)
+        assert (np.diff(profile[x < 1 / 5]) > 0).all()
         # Linear interpolation between samples at a distance h has an error of h^2 / 8 of the curvature. The curvature
-        # is at most (8 pi)^2 / 2, and 0 at the half way point, which halves the error.
-        assert np.interp(1 / 16, x, profile) == pytest.approx(0.5, abs=(8 * np.pi / count) ** 2 / 32)
-        # The integral of the square is 3/4 for the flat part and 3/8 of an eighth for each end; sums have an error of
+        # is at most (5 pi)^2 / 2, and 0 at the half way point, which halves the error.
+        assert np.interp(1 / 10, x, profile) == pytest.approx(0.5, abs=(5 * np.pi / count) ** 2 / 32)
+        # The integral of the square is 3/5 for the flat part and 3/8 of a fifth for each end; sums have an error of
         # 1 / count^2.
-        assert np.mean(profile**2) == pytest.approx(27 / 32, abs=1 / count**2)
+        assert np.mean(profile**2) == pytest.approx(3 / 4, abs=1 / count**2)
 
 
 def band_limited(y, x, size):
