@@ -163,8 +163,8 @@ class WorldAnswer:
     direction: Value
 
     def closures(self, normal: Value, strength: Operand, lobe_strength: Operand) -> Value:
-        """The closures of the zero order (a mirror blurred by the coherence kernel), of the drawn order, and of the
-        front face of a plate."""
+        """The closures of the zero order (a mirror as rough as the skin), of the drawn order, and of the front face of
+        a plate."""
         tree = self.mirror.tree
         mirror = tree.glossy(self.mirror * strength, self.mirror_roughness, normal)
         lobe = tree.glossy(self.lobe * lobe_strength, self.lobe_roughness, self.lobe_normal)

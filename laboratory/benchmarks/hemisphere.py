@@ -2,8 +2,7 @@
 """Radiance of a baked surface under light from everywhere: integrals of its table over the hemisphere.
 
 The integrals use no node and no closure: the integrand is precompute/table/radiance.py under a lamp in each direction.
-The colour of each direction is clamped to the gamut, as renderers do. Scattered light and mirror image are integrated
-separately because the mirror image is a narrow peak.
+The colour of each direction is clamped to the gamut, as renderers do. The mirror image comes from one direction.
 
 The table is blurred by the coherence kernel, a Gaussian of standard deviation sigma_b in (u, v). A sum over a grid of
 step 1.2 sigma_b in (u, v) therefore equals the integral within 2 exp(-2 pi^2 / 1.44) = 2e-6. (u, v) are the tangential
@@ -21,7 +20,8 @@ import numpy as np
 from precompute.colour.gamut import shown_rgb
 from precompute.colour.observer import mirror_xyz
 from precompute.colour.working_space import rgb_from_xyz
-from precompute.table.radiance import lamp_radiance, reflected_xyz
+from precompute.optics.mirror_image import mirror_kernel
+from precompute.table.radiance import lamp_radiance, reflected_xyz, zero_order_reflectance
 from precompute.table.table import Table
 
 _STEP = 1.2
@@ -29,57 +29,44 @@ _STEP = 1.2
 _FADE = 0.8, 0.95
 # Rings are evenly spaced in sin(theta) plus this share of theta: sin(theta) alone hardly changes near the horizon.
 _RING_SHARE = 0.35
-# The mirror image is summed in steps of a quarter of sigma_b, up to 5 sigma_b from its middle.
-_MIRROR_STEP, _MIRROR_ENDS = 0.25, 5.0
 _RGB = rgb_from_xyz("Rec.709")
 
 
 @dataclass(frozen=True)
 class Surface:
-    """A table split into scattered light and mirror image, and the directions over which integrals are summed.
+    """A table, the same without its mirror image, and the directions over which integrals are summed.
 
     directions    (n, 3) unit vectors over the hemisphere around +z
     solid_angles  (n,) steradians"""
 
+    table: Table
     scattering: Table
-    mirror: Table
     directions: np.ndarray
     solid_angles: np.ndarray
 
     @classmethod
     def of(cls, table: Table) -> "Surface":
         """Split a table and choose its directions."""
-        mirror = replace(table, terms=np.zeros_like(table.terms), wider=())
-        return cls(without_mirror(table), mirror, *hemisphere(_STEP * table.sigma_b))
+        return cls(table, without_mirror(table), *hemisphere(_STEP * table.sigma_b))
 
     def scattered(self, wr: np.ndarray) -> np.ndarray:
         """What each direction adds to the radiance (n, 3) towards a viewer at wr (3,), in a world of radiance 1."""
         return _answers(self.scattering, self.directions, wr) * self.solid_angles[:, None]
 
     def mirrored(self, wr: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The directions (m, 3) of the mirror image towards a viewer at wr (3,), and what each adds, (m, 3).
+        """The direction (1, 3) of the mirror image towards a viewer at wr (3,), and what it adds, (1, 3)."""
+        return mirror_of(wr)[None], mirror_rgb(self.table, wr)[None]
 
-        The cosine of the irradiance cancels the cosine in the solid angle, so that nothing diverges at the horizon."""
-        sigma, sine = self.mirror.sigma_b, np.hypot(*wr[:2])
-        away = -wr[:2] / sine if sine > 0 else np.array((1.0, 0.0))
-        step = _MIRROR_STEP * sigma
-        across = np.arange(-_MIRROR_ENDS, _MIRROR_ENDS + _MIRROR_STEP / 2, _MIRROR_STEP)[:, None] * sigma
-        across = across[np.abs(across[:, 0]) < 1]
-        rim = np.sqrt(1 - across**2)
-        low, high = (np.arcsin(np.clip((sine + sign * _MIRROR_ENDS * sigma) / rim, -1, 1)) for sign in (-1, 1))
-        count = int(np.max(high - low) / step) + 1
-        angle = low + (high - low) * (np.arange(count) + 0.5) / count
-        along, cosine = rim * np.sin(angle), rim * np.cos(angle)
-        x, y = along * away[0] - across * away[1], along * away[1] + across * away[0]
-        area = step * cosine * (high - low) / count
-        wi, area, cosine = np.stack([x, y, cosine], axis=-1).reshape(-1, 3), area.ravel(), cosine.ravel()
-        return wi, _answers(self.mirror, wi, wr) * (area / cosine)[:, None]
-
-    def lit(self, wi: np.ndarray, wr: np.ndarray, irradiance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Scattered and mirrored radiance (3,) under lamps at wi (n, 3) of irradiance (n, 3)."""
+    def lit(
+        self, wi: np.ndarray, wr: np.ndarray, irradiance: np.ndarray, variance: float = 0.0
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Scattered and mirrored radiance (3,) under lamps at wi (n, 3) of irradiance (n, 3). `variance`, in rad2, is
+        that of each lamp's disc."""
         above = wi[:, 2] > 0
-        tables = self.scattering, self.mirror
-        return tuple((_answers(table, wi[above], wr) * irradiance[above]).sum(axis=0) for table in tables)
+        wi, irradiance = wi[above], irradiance[above]
+        scattered = (_answers(self.scattering, wi, wr) * irradiance).sum(axis=0)
+        kernel = mirror_kernel(wi, np.broadcast_to(wr, wi.shape), variance=variance)
+        return scattered, mirror_rgb(self.table, wr) * (kernel @ irradiance)
 
 
 def hemisphere(step: float) -> tuple[np.ndarray, np.ndarray]:
@@ -116,6 +103,16 @@ def without_mirror(table: Table) -> Table:
     return replace(table, zero_order=np.zeros_like(table.zero_order))
 
 
+def mirror_of(wr: np.ndarray) -> np.ndarray:
+    """The mirror direction (3,) of a unit vector (3,)."""
+    return wr * (-1, -1, 1)
+
+
+def mirror_rgb(table: Table, wr: np.ndarray) -> np.ndarray:
+    """Linear Rec.709 (3,) of the mirror image towards a viewer at wr (3,), in a world of radiance 1."""
+    return shown_rgb(zero_order_reflectance(table, mirror_of(wr)[None], wr[None]), _RGB)[0]
+
+
 def _answers(table: Table, wi: np.ndarray, wr: np.ndarray) -> np.ndarray:
     """Linear Rec.709 (n, 3) towards wr (3,) under unit irradiance from wi (n, 3)."""
     return shown_rgb(reflected_xyz(table, wi, np.broadcast_to(wr, wi.shape)), _RGB)
@@ -126,29 +123,38 @@ def directional_albedo(table: Table, theta_r: float) -> np.ndarray:
 
     It is the integral of lamp_radiance over the hemisphere, so no direction's colour has a negative component. This
     adds light: red and blue orders of a grating are outside of Rec.709, and a component can exceed 1."""
-    return _over_hemisphere(table, theta_r, lambda wi, wr: lamp_radiance(table, wi, wr, irradiance=np.ones(3)))
+    scattered = _over_hemisphere(table, theta_r, lambda *ways: lamp_radiance(*ways, irradiance=np.ones(3)))
+    return scattered + mirror_rgb(table, _view_at(theta_r))
 
 
 def directional_albedo_xyz(table: Table, theta_r: float) -> np.ndarray:
     """The same as X, Y and Z (3,) over a mirror's, with every colour as it is: at most 1 in each."""
-    return _over_hemisphere(table, theta_r, lambda wi, wr: reflected_xyz(table, wi, wr)) / mirror_xyz(table.illuminant)
+    wr = _view_at(theta_r)
+    mirrored = zero_order_reflectance(table, mirror_of(wr)[None], wr[None])[0]
+    return (_over_hemisphere(table, theta_r, reflected_xyz) + mirrored) / mirror_xyz(table.illuminant)
+
+
+def _view_at(theta_r: float) -> np.ndarray:
+    """The unit vector (3,) to a viewer along T at theta_r radians from the normal."""
+    return np.array((math.sin(theta_r), 0.0, math.cos(theta_r)))
 
 
 def _over_hemisphere(
-    table: Table, theta_r: float, radiance: Callable[[np.ndarray, np.ndarray], np.ndarray]
+    table: Table, theta_r: float, radiance: Callable[[Table, np.ndarray, np.ndarray], np.ndarray]
 ) -> np.ndarray:
-    """The integral (3,) over the hemisphere of lights of the radiance (n, 3) for wi (n, 3) and wr (n, 3).
+    """The integral (3,) of the scattered radiance (n, 3) of a table, for wi (n, 3) and wr (n, 3), over wi.
 
     The polar angle is integrated by Gauss-Legendre quadrature: equal steps would be off by 1 % at the normal, even at
     half a kernel. Around a ring steps are at most a kernel long: equal steps over a Gaussian are then off by 2 exp(-2
     pi^2) = 5e-9."""
+    table = without_mirror(table)
     nodes, weights = np.polynomial.legendre.leggauss(math.ceil(math.pi**2 / 4 / table.sigma_b))
     steps = math.ceil(2 * math.pi / table.sigma_b)
     phi = (np.arange(steps) + 0.5) * (2 * math.pi / steps)
-    wr = np.broadcast_to((math.sin(theta_r), 0.0, math.cos(theta_r)), (steps, 3))
+    wr = np.broadcast_to(_view_at(theta_r), (steps, 3))
     total = np.zeros(3)
     for theta, weight in zip((nodes + 1) * (math.pi / 4), weights * (math.pi / 4), strict=True):
         sine = math.sin(theta)
         wi = np.stack([sine * np.cos(phi), sine * np.sin(phi), np.full(steps, math.cos(theta))], axis=-1)
-        total += radiance(wi, wr).sum(axis=0) * (weight * sine)
+        total += radiance(table, wi, wr).sum(axis=0) * (weight * sine)
     return total * (2 * math.pi / steps)

@@ -117,7 +117,9 @@ def light_of(painted: Painted) -> scenes.Light:
     directions = np.stack([np.cos(up) * np.cos(around), np.cos(up) * np.sin(around), np.sin(up)], axis=-1)
     area = (np.pi / ROWS / finer) ** 2 * np.cos(up)
     irradiance = scenes.looked_up(painted.bright[..., None], directions) * area[:, None]
-    return scenes.Light(_grey(painted.smooth), directions, np.repeat(irradiance, 3, axis=1))
+    # A disc of the area of a pixel at the horizon.
+    variance = (np.pi / ROWS / finer) ** 2 / (4 * np.pi)
+    return scenes.Light(_grey(painted.smooth), directions, np.repeat(irradiance, 3, axis=1), variance)
 
 
 def _grown(lit: np.ndarray) -> np.ndarray:

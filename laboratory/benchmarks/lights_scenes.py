@@ -39,11 +39,13 @@ class Light:
     panorama    (_ROWS, 2 _ROWS, 3) the world's radiance, laid out as in precompute/world_sources/panorama.py
     directions  (n, 3) unit vectors to points of a sun, which the panorama leaves out, and
     irradiance  (n, 3) of each
+    variance    of the disc of each in rad2, along one axis
     square      a lamp's middle (3,) and its axes x, y, z as rows (3, 3), or None; its side is LAMP_M"""
 
     panorama: np.ndarray
     directions: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
     irradiance: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    variance: float = 0.0
     square: tuple[np.ndarray, np.ndarray] | None = None
 
     def of_lamp(self, directions: np.ndarray, position: np.ndarray, blur: float) -> np.ndarray:

@@ -83,10 +83,12 @@ def integrals(surface: Surface, points: scenes.Points, lights: dict[str, scenes.
             found[:, part, index] = np.einsum("nlc,nc->lc", seen, answers)
             for which, light in enumerate(lights.values()):
                 if light.square is not None:
-                    found[which, part, index] += light.of_lamp(directions, position, surface.mirror.sigma_b) @ answers
+                    found[which, part, index] += light.of_lamp(directions, position, surface.table.sigma_b) @ answers
         for which, light in enumerate(lights.values()):
             if len(light.directions):
-                found[which, :, index] += surface.lit(light.directions @ frame.T, wr, light.irradiance)
+                found[which, :, index] += surface.lit(
+                    light.directions @ frame.T, wr, light.irradiance, light.variance
+                )
     return dict(zip(lights, found, strict=True))
 
 

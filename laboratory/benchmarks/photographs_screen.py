@@ -59,7 +59,7 @@ def picture(
     seen = np.flatnonzero(wr[:, 2] > 0)
     for start in range(0, len(seen), _PIXELS):
         part = seen[start : start + _PIXELS]
-        light[part] = reflected_xyz(table, wi @ to_skin, wr[part] @ to_skin)
+        light[part] = reflected_xyz(table, wi @ to_skin, wr[part] @ to_skin, variance=table.kernel_variance)
     # A patch sends its radiance times its cosine, and the screen has a cosine of its own.
     falls = wr[:, 2] * np.abs(wr @ np.cross(right, up)) / distance[:, 0] ** 2
     return (shown_rgb(light, rgb_from_xyz()) * falls[:, None]).reshape(*shape, 3)

@@ -55,15 +55,9 @@ def find_orders(series: SpectrumSeries) -> np.ndarray:
     return orders[share[orders] > _ORDER_SHARE]
 
 
-def zero_order_albedo(series: SpectrumSeries, sigma_b: float, cosine: np.ndarray, *, lambdas: np.ndarray) -> np.ndarray:
-    """Share (..., n) of the light that the zero order sends above the surface, for light at cosine (...,)."""
-    at = np.linspace(0, 1, 257) ** 2
-    views = NearHorizon(sigma_b, 0)(np.sqrt(1 - at**2))
-    curves = [
-        np.interp(cosine, at, sum(share * series.zero_order((at + view) / lam) for share, view in views))
-        for lam in lambdas
-    ]
-    return np.stack(curves, axis=-1)
+def zero_order_albedo(series: SpectrumSeries, cosine: np.ndarray, *, lambdas: np.ndarray) -> np.ndarray:
+    """Share (..., n) of the light that the zero order reflects, for light at cosine (...,)."""
+    return np.stack([series.zero_order(2 * cosine / lam) for lam in lambdas], axis=-1)
 
 
 def orders_albedo(series: SpectrumSeries, sigma_b: float, *, directions: np.ndarray, lambdas: np.ndarray) -> np.ndarray:

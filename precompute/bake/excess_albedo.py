@@ -134,7 +134,7 @@ def _excess(
     cosine, lambdas = directions[..., 2], _wavelengths()
     smooth, sharp = continuum, []
     for series in ensemble:
-        smooth = smooth + cosine[..., None] * zero_order_albedo(series, sigma_b, cosine, lambdas=lambdas[::_STRIDE])
+        smooth = smooth + cosine[..., None] * zero_order_albedo(series, cosine, lambdas=lambdas[::_STRIDE])
         orders = Orders(series, sigma_b)
         # A single bin matters at the horizon only if it is an order: a continuum's bins cross it together with others.
         if series.periodic and len(orders):

@@ -92,7 +92,8 @@ def albedo_bound(spectra: Sequence[Spectrum], directions: np.ndarray, *, sigma_b
     total = np.zeros(())
     for spectrum in spectra:
         orders = _orders(spectrum)
-        smooth = _of_zero_order(spectrum.relief, directions, lambdas[::_STEPS], sigma_b)
+        cosine = directions[:, 2:]
+        smooth = cosine * zero_order_efficiency(spectrum.relief, 2 * cosine[:, 0], lambdas[::_STEPS])
         smooth += _of_blocks(spectrum, orders, directions, lambdas[::_STEPS], sigma_b=sigma_b)
         total = total + _between(smooth)
         if len(orders):
@@ -114,21 +115,6 @@ def _orders(spectrum: Spectrum) -> np.ndarray:
     share = np.max(spectrum.over_s2 * s[:, None, None] ** 2, axis=0).ravel()
     strongest = np.argsort(share)[-_ORDERS:]
     return strongest[share[strongest] > _ORDER_SHARE]
-
-
-def _of_zero_order(relief: Relief, directions: np.ndarray, lambdas: np.ndarray, sigma_b: float) -> np.ndarray:
-    """The zero order's share (n, m) of the light, times cos(ti)."""
-    w = np.linspace(0, 2, 257)
-    efficiency = zero_order_efficiency(relief, w, lambdas)
-    found = np.empty((len(directions), len(lambdas)))
-    for k, wi in enumerate(directions):
-        radius = np.hypot(wi[:1], wi[1:2])
-        cosine, weight = wi[None, 2:], 1 / wi[None, 2:]
-        if radius[0] >= _away(sigma_b):
-            cosine, weight = _above(radius, sigma_b)
-        share = [weight[0] @ (cosine[0] * np.interp(wi[2] + cosine[0], w, each)) for each in efficiency.T]
-        found[k] = wi[2] * np.array(share)
-    return found
 
 
 def _away(sigma: float) -> float:

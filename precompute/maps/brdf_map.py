@@ -16,6 +16,7 @@ from ..colour.working_space import rgb_from_xyz, srgb_encode
 from ..methods.method import Method
 from ..optics.brdf import half_angle_cosine, scattering_factor
 from ..optics.fresnel import fresnel_reflectance
+from ..optics.mirror_image import mirror_kernel
 from ..reference.ensemble_reference import reference_grid
 from ..spectra.resample import Resampler
 from ..spectra.series import spectrum_series
@@ -67,12 +68,12 @@ def view_hemisphere(size: int, rows: slice = slice(None)) -> tuple[np.ndarray, n
 
 def from_bake(bake: Table, size: int, wi: np.ndarray, *, stam: bool = False) -> np.ndarray:
     """Radiance XYZ (size, size, 3) under unit irradiance from wi (3,), axis 0 along +y, from a bake; NaN outside the
-    hemisphere.
+    hemisphere. The lamp is a disc with the kernel's variance, so that its mirror image covers some pixels.
 
     `stam` asks for Stam's form, else the materials' own (docs/theory.md, BRDF)."""
 
     def xyz(view: np.ndarray) -> np.ndarray:
-        return reflected_xyz(bake, wi, view, stam=stam)
+        return reflected_xyz(bake, wi, view, variance=bake.kernel_variance, stam=stam)
 
     return _hemisphere_of(xyz, size, channels=3, at_once=_PIXELS)
 
@@ -99,7 +100,7 @@ def from_reference(
         scattered += density[..., None] * weight
         zero_order += series.zero_order(w / lam)[..., None] * weight
         progress("reference", (k + 1) / len(seen.lambdas))
-    kernel = np.exp(-(half[..., 0] ** 2 + half[..., 1] ** 2) / (2 * sigma_b**2)) / (2 * np.pi * sigma_b**2)
+    kernel = mirror_kernel(wi, wr, variance=sigma_b**2)
     of_scattered, of_zero_order = _gains(wi, wr[inside], stam=stam)
     image = np.full(scattered.shape, np.nan)
     image[inside] = of_scattered[:, None] * scattered[inside]
@@ -113,8 +114,8 @@ def from_method(
     """The map of from_bake in Stam's form, from any method of precompute/methods; with lambdas_m (k,), the BRDF at
     these wavelengths in metres, (size, size, k).
 
-    A method's density includes its zero order, which is therefore multiplied by Stam's obliquity O instead of its own,
-    cos(ti) / cos(tr) = 1. Close to the mirror direction the two agree. `progress` is called after each block of
+    A method's density includes its zero order, which is therefore blurred by the kernel and multiplied by Stam's
+    obliquity O instead of its own, 1. Close to the mirror direction the two agree. `progress` is called after each block of
     rows."""
 
     def seen(view: np.ndarray) -> np.ndarray:
@@ -154,7 +155,7 @@ def _hemisphere_of(
 def _gains(wi: np.ndarray, view: np.ndarray, *, stam: bool) -> tuple[np.ndarray, np.ndarray]:
     """Factors (n,) that turn scattered XYZ over w^2, and the zero order's XYZ, into radiance under unit irradiance."""
     reflectance = fresnel_reflectance(half_angle_cosine(wi, view))
-    return scattering_factor(wi, view, stam=stam), reflectance * wi[2]
+    return scattering_factor(wi, view, stam=stam), reflectance
 
 
 def linear_rgb(xyz: np.ndarray, illuminant: str = "D65") -> np.ndarray:

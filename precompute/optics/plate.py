@@ -42,10 +42,15 @@ def plate_factor(wi: np.ndarray, wr: np.ndarray, ior: float) -> np.ndarray:
 
     wi and wr (..., 3) are unit vectors above the plate, ti' is the angle inside, T what the front face lets through.
     Refraction widens a beam to cos(ti') / cos(ti) of its width, and its solid angle n^2 times on the way out."""
+    passed = passed_by_plate(wi, wr, ior)
+    return passed if ior == NO_PLATE else passed * wi[..., 2] / (ior**2 * inside_plate(wi, ior)[..., 2])
+
+
+def passed_by_plate(wi: np.ndarray, wr: np.ndarray, ior: float) -> np.ndarray:
+    """What a plate's front face lets through on the ways in and out (...,): T(ti) T(tr), for unit vectors (..., 3)."""
     if ior == NO_PLATE:
         return np.ones(np.broadcast_shapes(wi.shape, wr.shape)[:-1])
-    passed = (1 - fresnel_reflectance(wi[..., 2], ior)) * (1 - fresnel_reflectance(wr[..., 2], ior))
-    return passed * wi[..., 2] / (ior**2 * inside_plate(wi, ior)[..., 2])
+    return (1 - fresnel_reflectance(wi[..., 2], ior)) * (1 - fresnel_reflectance(wr[..., 2], ior))
 
 
 def w_inside_plate(w: tuple[float, float], ior: float) -> tuple[float, float]:

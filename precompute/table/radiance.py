@@ -12,7 +12,8 @@ from ..colour.gamut import shown_rgb
 from ..colour.working_space import rgb_from_xyz
 from ..optics.brdf import half_angle_cosine, scattering_factor
 from ..optics.fresnel import KERATIN_IOR, fresnel_reflectance
-from ..optics.plate import NO_PLATE, inside_plate, plate_factor
+from ..optics.mirror_image import mirror_kernel
+from ..optics.plate import NO_PLATE, inside_plate, passed_by_plate, plate_factor
 from ..optics.small_slope import IOR_MAX
 from .table import Table
 
@@ -34,8 +35,6 @@ class Skin:
 
 
 AS_BAKED = Skin()
-# A Gaussian is 0 in double precision from here on, in standard deviations: exp(-38.7^2 / 2) = 6e-326.
-_KERNEL_ENDS = 38.7
 
 
 def reflected_xyz(
@@ -53,14 +52,19 @@ def reflected_xyz(
     `variance`, a number or (n,) in rad2, is the variance of the lamp's disc in the sky, along one axis. Unit irradiance
     is that of a surface that faces the lamp. The formula for a dielectric (docs/theory.md, "BRDF") is
 
-        4 cos(ti)^2 cos(tr) Q p^2 c^2 S(p u, p v, c w) + R cos(ti) Z(c w) kernel(u, v)
+        4 cos(ti)^2 cos(tr) Q p^2 c^2 S(p u, p v, c w) + R Z(c w) kernel(wi, wr)
 
     Q is the small slope reflectance (optics/small_slope.py), R the Fresnel reflectance at the half angle, S the table's
-    scattered XYZ over w^2, 0 outside the table, and Z the colour of its zero order. p is the period scale and c the
-    height scale. A table that holds its matter's reflectance has (1 + wi.wr)^2 / cos(tr) in place of 4 cos(ti)^2
-    cos(tr) Q, and 1 in place of R; the albedo bound divides all of it. `stam` asks for Stam's form (Stam 1999, equation
-    5), without the bound. Under a plate, the formula has the directions inside, and the result is multiplied by
-    plate_factor (optics/plate.py). The disc's variance is then divided by the square of the plate's index."""
+    scattered XYZ over w^2, 0 outside the table, and Z the colour of its zero order. The kernel is that of a lamp's
+    image in a mirror (optics/mirror_image.py). p is the period scale and c the height scale. A table that holds its
+    matter's reflectance has (1 + wi.wr)^2 / cos(tr) in place of 4 cos(ti)^2 cos(tr) Q, and 1 in place of R; the albedo
+    bound divides all of it. `stam` asks for Stam's form (Stam 1999, equation 5), without the bound. Under a plate, the
+    scattered light has the directions inside, and is multiplied by plate_factor (optics/plate.py). The disc's variance
+    is then divided by the square of the plate's index."""
+    kernel = mirror_kernel(wi, wr, variance=variance, roughness=skin.roughness)
+    near = np.flatnonzero(kernel)
+    lamp = np.broadcast_to(wi, wr.shape)
+    mirrored = kernel[near, None] * zero_order_reflectance(table, lamp[near], wr[near], skin=skin, stam=stam)
     plate_ior = table.plate_ior
     shortened = (1 + wi[..., 2] ** 2) / 2
     passed = np.reshape(plate_factor(wi, wr, plate_ior), (-1, 1))
@@ -69,19 +73,31 @@ def reflected_xyz(
     holds = table.holds_reflectance
     ior = None if holds else skin.ior if stam else min(skin.ior, IOR_MAX)
     u, v, w = (wi + wr).T
-    cos_i = wi[..., 2]
     disc = np.maximum(variance / plate_ior**2 - table.sigma_b**2, 0) * shortened
     blur = disc + (w * skin.roughness**2) ** 2 / 2
     p, c = skin.period_scale, skin.height_scale
     inside = ((p * u) ** 2 + (p * v) ** 2 < (2 / plate_ior) ** 2) & table.holds(p * u, p * v, c * w)
     xyz = inside[:, None] * table.scattered_over_w2(p * u, p * v, c * w, variance=blur * p**2)
     xyz *= (scattering_factor(wi, wr, ior, stam=stam) * (p * c) ** 2)[:, None]
-    near = np.flatnonzero(u**2 + v**2 < _KERNEL_ENDS**2 * (table.sigma_b**2 + blur))
-    mirrored = np.broadcast_to(cos_i, u.shape)[near] * table.kernel(u[near], v[near], blur[near])
-    if ior is not None:
-        mirrored *= fresnel_reflectance(half_angle_cosine(wi, wr), ior)[near]
-    xyz[near] += mirrored[:, None] * table.zero_order_xyz(c * w[near])
-    return passed * (xyz if stam else xyz / np.reshape(table.bound_of(wi, wr), (-1, 1)))
+    xyz = passed * (xyz if stam else xyz / np.reshape(table.bound_of(wi, wr), (-1, 1)))
+    xyz[near] += mirrored
+    return xyz
+
+
+def zero_order_reflectance(
+    table: Table, wi: np.ndarray, wr: np.ndarray, *, skin: Skin = AS_BAKED, stam: bool = False
+) -> np.ndarray:
+    """What the mirror image reflects, in XYZ (n, 3), for unit vectors wi and wr (n, 3) to the lamp and to the viewer:
+    R Z of reflected_xyz, over the albedo bound, times what a plate's front face lets through."""
+    passed = passed_by_plate(wi, wr, table.plate_ior)
+    if table.plate_ior != NO_PLATE:
+        wi, wr = inside_plate(wi, table.plate_ior), inside_plate(wr, table.plate_ior)
+    if not table.holds_reflectance:
+        ior = skin.ior if stam else min(skin.ior, IOR_MAX)
+        passed = passed * fresnel_reflectance(half_angle_cosine(wi, wr), ior)
+    elif not stam:
+        passed = passed / table.bound_of(wi, wr)
+    return passed[:, None] * table.zero_order_xyz(skin.height_scale * (wi + wr)[:, 2])
 
 
 def lamp_radiance(

@@ -218,6 +218,11 @@ class Table:
         return coherence_length(self.sigma_b * self.plate_ior)
 
     @property
+    def kernel_variance(self) -> float:
+        """The variance in rad2 of the coherence kernel above a plate. A lamp's disc of this variance adds no blur."""
+        return (self.sigma_b * self.plate_ior) ** 2
+
+    @property
     def holds_reflectance(self) -> bool:
         """Whether the table holds its matter's reflectance, and an albedo bound."""
         return self.excess_albedo is not None

@@ -243,6 +243,12 @@ def disc(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
+def flat(tmp_path_factory):
+    """The same for a flat surface, which has a mirror image alone."""
+    return _baked_by_command(tmp_path_factory, "flat")
+
+
+@pytest.fixture(scope="session")
 def deep_skin(tmp_path_factory):
     """The same for the Xenopeltis sample, whose zero order changes most near the horizon."""
     return _baked_by_command(tmp_path_factory, "xenopeltis")

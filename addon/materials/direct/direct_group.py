@@ -22,7 +22,7 @@
 A bake with more channels than XYZ has one more input, Spectrum: the lamp's row in the table of lamps. Its outputs
 "Finer of Lamp", "Coarser of Lamp" and "Mirror of Lamp" are the radiances by the lamp's own spectrum.
 
-    Lo = E [ 4 cos(ti)^2 cos(tr) Q p^2 c^2 sum_k f_k(t(c w)) B_k(p u, p v) + z R cos(ti) Z(c w) kernel(u, v) ]
+    Lo = E [ 4 cos(ti)^2 cos(tr) Q p^2 c^2 sum_k f_k(t(c w)) B_k(p u, p v) + z R Z(c w) kernel(wi, wr) ]
 
 This is f * E * cos(ti) of a dielectric (docs/theory.md); the w^2 of its factor cancels the table's. Q is the small
 slope reflectance (small_slope_nodes.py), R Fresnel's. The table of a metal or a film holds its reflectance. It has
@@ -31,9 +31,10 @@ slope reflectance (small_slope_nodes.py), R Fresnel's. The table of a metal or a
     M = 1 + max(0, X(wi) / cos(ti), X(wr) / cos(tr)),
 
 where X is the excess albedo of the relief as baked (precompute/table/albedo_bound.py). The f_k are functions of w,
-stored as sums of Chebyshev polynomials. Under a plate, the formula has the directions inside it, and the result is
-multiplied by T(ti) T(tr) cos(ti) / (n^2 cos(ti')) (precompute/optics/plate.py). B_k are read at the blur levels
-(precompute/table/atlas.py) around the variance
+stored as sums of Chebyshev polynomials. The kernel is that of the lamp's image in a mirror
+(precompute/optics/mirror_image.py). Under a plate, the scattered light has the directions inside it, and is multiplied
+by T(ti) T(tr) cos(ti) / (n^2 cos(ti')) (precompute/optics/plate.py); the mirror image is multiplied by T(ti) T(tr). B_k
+are read at the blur levels (precompute/table/atlas.py) around the variance
 
     sigma^2 = sigma_b^2 + max(0, Variance - sigma_b^2) (1 + cos(ti)^2) / 2 + (w r^2)^2 / 2
 
@@ -58,11 +59,9 @@ from ..plate_nodes import Plate
 from ..response import QUESTION, RADIANCES, SPECTRAL_RADIANCES, SPECTRUM, Response
 from ..small_slope_nodes import dielectric_ior, small_slope_reflectance
 from ..tangent_space import Direction
+from .mirror_kernel_nodes import mirror_kernel
 
 GROUP_PREFIX = "Diffraction Direct"
-# Squared distance from the mirror direction, over the kernel's variance, beyond which the kernel counts as 0. There it
-# is 8e-10 of its peak.
-_KERNEL_ENDS = 42.0
 # For the likely light: how much wider its kernel is, in variance. It must not be narrower anywhere, or the few samples
 # that hit what it does not know would be fireflies. And a zero order.
 _WIDER, _ZERO_ORDER_LIKELY = 4.0, 0.5
@@ -101,7 +100,7 @@ def build_direct_group(
     # Period Scale stretches the relief's own kernel, but not the blur by lamp and roughness.
     *places, share = table.around(blur * (period_scale * period_scale))
 
-    gain, reflected = irradiance, None
+    gain, reflectance = irradiance, None
     if layout.holds_reflectance:
         excesses = (excess_albedo(tree, image, layout, way=way) for way in (light, view))
         gain = irradiance * (1.0 / albedo_bound(tree, *excesses))
@@ -110,16 +109,18 @@ def build_direct_group(
         ior = dielectric_ior(tree, ior)
         half = wi + wr
         mirror = tree.normalize(half) if plate.present else half * tree.math("INVERSE_SQRT", half2)
-        reflected = tree.fresnel(ior, mirror)
+        reflectance = tree.fresnel(ior, mirror)
         slopes = small_slope_reflectance(tree, ior, light=light, view=view, one_plus=half2 * 0.5)
         factor = tree.squared(light.cosine) * slopes * (view.cosine * 4.0)
+    image_of_lamp = mirror_kernel(
+        tree, to_light, to_view, uv2=uv2 * layout.plate_ior**2 if plate.present else uv2, variance=disc,
+        roughness=roughness,
+    )  # fmt: skip
+    mirrored = image_of_lamp.value if reflectance is None else image_of_lamp.value * reflectance
     if plate.present:
-        gain = gain * plate.factor(tree, (to_light, to_view), (light, view))
+        gain = gain * (plate.passed(tree, to_light, light) * plate.passed(tree, to_view, view))
+        factor = factor * plate.narrowed(to_light, light)
     scattered = factor * table.inside * (tree.squared(period_scale * height_scale) * layout.scale)
-
-    variance = blur + layout.sigma_b**2
-    kernel = tree.math("POWER", math.exp(-0.5), uv2 / variance) / variance * light.cosine * (1 / (2 * math.pi))
-    mirrored = kernel if reflected is None else kernel * reflected
 
     def channels(triple: int) -> list[Value]:
         """Three channels at each of the places, and of the mirror image."""
@@ -140,13 +141,13 @@ def build_direct_group(
         colours = LampColours(tree, lamp_table, asked[SPECTRUM.name], layout.triples)
         others = [channels(triple) for triple in range(1, layout.triples)]
         of_lamp = radiances([colours.shown(triples) for triples in zip(xyz, *others, strict=True)])
-    near = tree.math("LESS_THAN", uv2, variance * _KERNEL_ENDS) * zero_order
+    near = image_of_lamp.is_near * zero_order
     # Constants in Cycles for suns: the variance of a lamp at the normal, and wider than the kernel on purpose.
     wide = (largest + tree.squared(roughness * roughness) * 2.0).times_plus(_WIDER, _WIDER * layout.sigma_b**2)
-    likely = table.likely(wide * (period_scale * period_scale))
+    likely = table.likely(wide * (period_scale * period_scale)) * tree.maximum(light.cosine, 0.0)
+    wide = image_of_lamp.spread * _WIDER
     at_mirror = wide * (_ZERO_ORDER_LIKELY / (2 * math.pi) / layout.scale) * zero_order
-    likely = likely + at_mirror / tree.squared(uv2 + wide)
-    likely = likely * tree.maximum(light.cosine, 0.0)
+    likely = likely + at_mirror / tree.squared(image_of_lamp.away2 + wide)
     tree.output(finer, coarser, share, mirrored, near, likely, *of_lamp)
     arrange(group)
     return Response(group)

@@ -29,7 +29,7 @@ direct/direct_group.py.
 Under a plate, C has the directions inside, and is multiplied by what the front face lets through on both ways, T(ti)
 T(tr). An order that the front face reflects totally is black. The closure is around the directions above the plate.
 
-The closure combines the width of the coherence kernel, with the standard deviation sigma_b in (u, v), and the skin's
+The closure of an order combines the width of the coherence kernel, with the standard deviation sigma_b in (u, v), and the skin's
 roughness r: alpha^2 = 2 sigma_b^2 / w^2 + r^4. This is exact for a Beckmann lobe. The bins of the spectrum may already
 include a part of the kernel (blur_q), which is subtracted here. If Sharp is 1, the kernel moves the direction at random
 instead, and the closure is a perfect mirror. The place where the colour is read moves in both cases, so that the
@@ -54,7 +54,7 @@ from ..lamp_table_nodes import LampColours
 from ..response import SPECTRAL_WORLD_ANSWER, SPECTRUM, WORLD_ANSWER, WORLD_QUESTION
 from ..small_slope_nodes import dielectric_ior, small_slope_reflectance
 from ..tangent_space import Direction
-from .mirror_image import mirror_image, mirror_roughness, roughness_of
+from .mirror_image import mirror_image
 from .random_draw import Draw, SampleSetNodes
 from .seen_surface import COSINE_MIN, SeenSurface
 
@@ -86,12 +86,10 @@ def build_world_group(
     if not layout.holds_reflectance:
         ior = dielectric_ior(tree, ior)
     surface = SeenSurface(tree, image, layout, Direction.seen_in(tree, wr, (t, b, n)), ior, height_scale)
-    skin = tree.squared(tree.squared(roughness))
-    sigma = layout.sigma_b * layout.plate_ior  # above a plate
     colours = None
     if lamp_table is not None:
         colours = LampColours(tree, lamp_table, asked[SPECTRUM.name], layout.triples)
-    mirrored, *mirrored_of_world = mirror_image(surface, rgb_from_xyz, sigma, of_world=colours)
+    mirrored, *mirrored_of_world = mirror_image(surface, n, rgb_from_xyz, of_world=colours)
 
     draw = draws.add_to(tree, tree.value(geometry.outputs["Position"]))
     variance = _variance(tree, draw, layout.sigma_b, draws.layout.blur)
@@ -115,12 +113,12 @@ def build_world_group(
     if colours is not None:
         of_world = [*mirrored_of_world, tree.blend(gain, 0.0, table.colour_of_world(colours, rgb_from_xyz))]
 
-    alpha2 = tree.math("DIVIDE", variance * (2 * layout.plate_ior**2), tree.squared(order.sum_above[2])) + skin
-    lobe_roughness = roughness_of(tree, alpha2) * (1.0 - sharp)
+    alpha2 = tree.math("DIVIDE", variance * (2 * layout.plate_ior**2), tree.squared(order.sum_above[2]))
+    alpha2 = tree.minimum(alpha2 + tree.squared(tree.squared(roughness)), 1.0)
+    lobe_roughness = tree.sqrt(tree.sqrt(alpha2)) * (1.0 - sharp)
     half_way = order.half_way(surface, (t, b, n))
     to_light = tree.blend(2.0, wr, half_way)
-    mirror = mirrored, mirror_roughness(surface, sigma, skin)
-    tree.output(*mirror, lobe, half_way, lobe_roughness, to_light, *of_world)
+    tree.output(mirrored, roughness, lobe, half_way, lobe_roughness, to_light, *of_world)
     arrange(group)
     return group
 

@@ -49,11 +49,6 @@ class SeenSurface:
         return self.tree.maximum(self.inside.cosine, COSINE_MIN)
 
     @cached_property
-    def cosine_above(self) -> Value:
-        """The cosine of `above`, at least COSINE_MIN."""
-        return self.tree.maximum(self.above.cosine, COSINE_MIN) if self.plate.present else self.cosine
-
-    @cached_property
     def is_seen(self) -> Value:
         """1 if the viewer is above the surface, else 0."""
         return self.tree.math("GREATER_THAN", self.above.cosine, 0.0)

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ....precompute.base.exr import open_picture
+from ....precompute.optics.mirror_image import EDGE, ENDS, LEAST_Q, LEAST_VARIANCE
 from ....precompute.optics.small_slope import IOR_MAX
 from ....precompute.table.albedo_bound import bound_texel
 from ....precompute.table.atlas import STRIP_ROWS, Layout
@@ -64,6 +65,10 @@ def _constants(bake_path: Path, layout: Layout, rgb_from_xyz: np.ndarray) -> dic
         "BOUND_TEXEL": bound_texel(layout.bound_texels) if layout.holds_reflectance else 1.0,
         "HOLDS_REFLECTANCE": int(layout.holds_reflectance),
         "IOR_MAX": IOR_MAX,
+        "LEAST_VARIANCE": LEAST_VARIANCE,
+        "EDGE": EDGE,
+        "LEAST_Q": LEAST_Q,
+        "ENDS": ENDS,
         "PLATE_IOR": layout.plate_ior,
         "FARTHEST2": layout.farthest**2,
         "RGB_COLUMNS": colours(np.transpose(rgb_from_xyz)),

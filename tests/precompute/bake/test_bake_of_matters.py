@@ -14,6 +14,7 @@ from precompute.measure.errors import measure
 from precompute.measure.pairs import cosine_weighted
 from precompute.measure.truths import truths
 from precompute.optics.fresnel import fresnel_reflectance
+from precompute.optics.mirror_image import mirror_kernel
 from precompute.optics.plate import inside_plate
 from precompute.reference.ensemble_reference import reference_grid, reference_xyz
 from precompute.reflectance.matter_text import parse
@@ -116,11 +117,11 @@ def test_a_relief_under_a_plate(surface):
     u, v = (wi + wr)[:, :2].T
     scattered, zero_order = reference_xyz(relief, (u, v), w=ior * w, sigma_b=sigma_b, step_m=20e-9)
     passed = (1 - fresnel_reflectance(wi[:, 2], ior)) * (1 - fresnel_reflectance(wr[:, 2], ior))
-    kernel = np.exp(-(u**2 + v**2) / (2 * sigma_b**2)) / (2 * np.pi * sigma_b**2)
+    kernel = mirror_kernel(wi, wr, variance=sigma_b**2)
     cosines = wi[:, 2] / (inner_i[:, 2] * inner_r[:, 2])
     obliquity = (1 + np.sum(inner_i * inner_r, axis=1)) ** 2 * cosines / w**2
-    expected = (passed * obliquity)[:, None] * scattered + (passed * wi[:, 2] * kernel)[:, None] * zero_order
-    found = reflected_xyz(table, wi, wr, stam=True)
+    expected = (passed * obliquity)[:, None] * scattered + (passed * kernel)[:, None] * zero_order
+    found = reflected_xyz(table, wi, wr, variance=table.kernel_variance, stam=True)
     assert len(wi) > 20
     np.testing.assert_allclose(found, expected, rtol=0.02, atol=0.01 * expected.max())
 

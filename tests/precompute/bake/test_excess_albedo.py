@@ -42,7 +42,7 @@ def albedo_times_cosine(series, sigma_b, directions, *, lambdas):
     """A = a cos(ti) at R = 1, (rows, cols, n), for light from unit vectors (rows, cols, 3) at n wavelengths."""
     cosine = directions[..., 2]
     orders = find_orders(series)
-    total = cosine[..., None] * zero_order_albedo(series, sigma_b, cosine, lambdas=lambdas)
+    total = cosine[..., None] * zero_order_albedo(series, cosine, lambdas=lambdas)
     total += orders_albedo(series, sigma_b, directions=directions, lambdas=lambdas)
     return total + continuum_albedo(series, orders, sigma_b, directions=directions, lambdas=lambdas)
 

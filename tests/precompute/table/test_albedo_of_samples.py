@@ -2,20 +2,22 @@
 """No sample surface reflects more than arrives, whatever its index of refraction.
 
 Seen from a direction in a white world of radiance 1, a surface has its directional albedo as its luminance: the BRDF is
-reciprocal. So the albedo is an integral of reflected_xyz over the lamp's direction."""
+reciprocal. So the albedo is an integral of reflected_xyz over the lamp's direction, for the scattered light, plus what
+the mirror image reflects."""
 
 import math
 
 import numpy as np
 import pytest
 
+from laboratory.benchmarks.hemisphere import mirror_of, without_mirror
 from precompute.bake.ensemble import bake
 from precompute.bake.request import BakeRequest
 from precompute.optics.fresnel import fresnel_reflectance
 from precompute.optics.small_slope import IOR_MAX
 from precompute.surface.relief import prepare
 from precompute.surface.samples.catalogue import SAMPLES, make_sample
-from precompute.table.radiance import Skin, reflected_xyz
+from precompute.table.radiance import Skin, reflected_xyz, zero_order_reflectance
 
 # A coarse table: its kernel has a standard deviation of 0.06 in (u, v).
 COARSE = BakeRequest(delta_e=5, coherence_length_m=4e-6)
@@ -40,8 +42,10 @@ def directional_albedo(table, wr, *, ior=1.56, stam=False, finer=1):
     solid_angle = np.repeat(weights * math.pi / 4, steps) * np.sin(theta) * 2 * math.pi / steps
     azimuth = np.tile(azimuth, len(nodes))
     wi = np.stack([np.sin(theta) * np.cos(azimuth), np.sin(theta) * np.sin(azimuth), np.cos(theta)], axis=-1)
-    xyz = reflected_xyz(table, wi, np.broadcast_to(wr, wi.shape), skin=Skin(ior=ior), stam=stam)
-    return float(solid_angle @ xyz[:, 1])
+    scattering, form = without_mirror(table), {"skin": Skin(ior=ior), "stam": stam}
+    xyz = reflected_xyz(scattering, wi, np.broadcast_to(wr, wi.shape), **form)
+    mirrored = zero_order_reflectance(table, mirror_of(wr)[None], wr[None], **form)
+    return float(solid_angle @ xyz[:, 1] + mirrored[0, 1])
 
 
 @pytest.fixture(scope="module")
