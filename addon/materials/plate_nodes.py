@@ -56,10 +56,9 @@ class Plate:
         within = _squared_ratio(tree, above.cosine * self.ior, inside.cosine)
         return (across + within).times_plus(-0.5, 1.0)
 
-    def face(self, tree: Tree, normal: Value) -> Value:
-        """The closure of the front face, which mirrors by Fresnel's formula."""
-        reflectance = tree.fresnel(self.ior, normal)
-        return tree.glossy(reflectance, _FACE_ROUGHNESS, normal)
+    def face(self, tree: Tree, normal: Value, share: Value) -> Value:
+        """The closure of a share of the front face, which mirrors by Fresnel's formula."""
+        return tree.glossy(tree.fresnel(self.ior, normal) * share, _FACE_ROUGHNESS, normal)
 
 
 def _squared_ratio(tree: Tree, a: Value, b: Value) -> Value:

@@ -18,12 +18,10 @@ from itertools import count, takewhile
 import bpy
 
 from ...precompute.optics.fresnel import KERATIN_IOR
-from ...precompute.optics.plate import NO_PLATE, PLATE_IOR_MAX
 from ...precompute.optics.small_slope import IOR_MAX
 from ..blender import compat, stored
 from ..nodes.builder import Operand, Tree, Value
 from ..nodes.interface import INPUT, Socket, has_sockets, sockets_of
-from .plate_nodes import Plate
 
 NORMAL = Socket("Normal", "Vector", "Shading normal")
 TANGENT = Socket("Tangent", "Vector", "Direction of the scan's x axis (left to right) on the surface")
@@ -88,9 +86,8 @@ SPECTRAL_WORLD_ANSWER = (*WORLD_ANSWER, *OF_WORLD.values())
 
 _LABEL, _WORLD_LABEL, _LIKELY_LABEL = "Response", "World Response", "Likely Response"
 _NUMBERED = re.compile("(?:World |Likely )?Response(?: ([1-9][0-9]*))?")
-# Custom properties of a response's node group, saved in files: the linear space of its colours, whether nothing is seen
-# through its matter, and the index of refraction of the plate over its relief.
-_SPACE, _OPAQUE, _PLATE = "ng_space", "ng_opaque", "ng_plate"
+# Custom property of a response's node group, saved in files: the linear space of its colours.
+_SPACE = "ng_space"
 
 
 @dataclass(frozen=True)
@@ -154,7 +151,6 @@ class WorldAnswer:
     """The reflection of light from unknown directions: closures from the outputs of WORLD_ANSWER. The lobe is one
     randomly drawn order; `direction` is the unit vector to where its light comes from."""
 
-    plate: Plate
     mirror: Value
     mirror_roughness: Value
     lobe: Value
@@ -163,39 +159,17 @@ class WorldAnswer:
     direction: Value
 
     def closures(self, normal: Value, strength: Operand, lobe_strength: Operand) -> Value:
-        """The closures of the zero order (a mirror as rough as the skin), of the drawn order, and of the front face of
-        a plate."""
+        """The closures of the zero order (a mirror as rough as the skin) and of the drawn order."""
         tree = self.mirror.tree
         mirror = tree.glossy(self.mirror * strength, self.mirror_roughness, normal)
         lobe = tree.glossy(self.lobe * lobe_strength, self.lobe_roughness, self.lobe_normal)
-        both = tree.add_shader(mirror, lobe)
-        return tree.add_shader(both, self.plate.face(tree, normal)) if self.plate.present else both
+        return tree.add_shader(mirror, lobe)
 
 
 def note_working_space(response: Response) -> None:
     """Store the linear space of a response's colours. Nodes hold the colours as numbers, which do not change if Blender
     converts the file to another space or if the group is linked into a file with another space."""
     response.group[_SPACE] = compat.working_space()
-
-
-def note_opaque(response: Response) -> None:
-    """Store that nothing is seen through a response's matter, as on a metal."""
-    response.group[_OPAQUE] = True
-
-
-def is_opaque(response: Response) -> bool:
-    """Whether nothing is seen through a response's matter."""
-    return bool(stored.count(response.group, _OPAQUE, 1))
-
-
-def note_plate(response: Response, ior: float) -> None:
-    """Store the index of refraction of the plate over a response's relief."""
-    response.group[_PLATE] = ior
-
-
-def plate_of(response: Response) -> Plate:
-    """The plate over a response's relief. Its index is 1 if the relief has no plate."""
-    return Plate(stored.number(response.group, _PLATE, NO_PLATE, low=NO_PLATE, high=PLATE_IOR_MAX))
 
 
 def in_other_spaces(groups: Iterable[bpy.types.NodeTree]) -> list[str]:
@@ -273,7 +247,7 @@ class Response:
         asked = {socket.name: question[socket] for socket in (*WORLD_QUESTION, *([SPECTRUM] if spectral else []))}
         outputs = tree.group(self.world, asked, label=_numbered(_WORLD_LABEL, number))
         own = OF_WORLD if spectral else {}
-        return WorldAnswer(plate_of(self), *(outputs[own.get(socket, socket).name] for socket in WORLD_ANSWER))
+        return WorldAnswer(*(outputs[own.get(socket, socket).name] for socket in WORLD_ANSWER))
 
 
 def response_in(group: bpy.types.NodeTree) -> Response | None:

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The nodes in a Diffraction group (skin.py names the sockets and the choices of lights).
 
-    Shader = (1 - F + wd) Base + (1 - wd) s (sum over lamps of V Lo + closures) + face
+    Shader = (1 - k R) Base + k face + (1 - wd) s (sum over lamps of V Lo + closures),   k = (1 - wd) min(s, 1)
 
-F is the Fresnel reflectance towards the viewer. Lo is the light that the response (response.py) sends to the viewer
-from one lamp (lamps/lamp_group.py). V is 1 where the surface sees the lamp, else 0. face: see plate_nodes.py. From four
-lamps on, the sum is over two of them in each sample (two_answers.py).
+R is what a smooth surface reflects towards the viewer, with the face of a plate (matter_nodes.py): Fresnel's for a
+dielectric. Nothing is seen through a metal: it has wd Base + (1 - wd - k) metal in place of (1 - k R) Base, where metal
+is a closure of the colour R. A Shader's weight is a number, so R is the luminance above the Base. Lo is the light that
+the response (response.py) sends to the viewer from one lamp (lamps/lamp_group.py). V is 1 where the surface sees the
+lamp, else 0. face: see plate_nodes.py. From four lamps on, the sum is over two of them in each sample (two_answers.py).
 
 No light counts twice. In REST the closure of the scattered light is a perfect mirror around a random normal, black
 where its one direction leads to a followed lamp or source. A lamp's cone has a radius of sqrt(6) standard deviations of
@@ -40,6 +42,7 @@ from .group_properties import (
     variation_of,
 )
 from .light_masks import is_lit, is_unseen
+from .matter_nodes import is_opaque, plate_of, smooth_reflectance
 from .response import (
     IRRADIANCE,
     NORMAL,
@@ -53,7 +56,6 @@ from .response import (
     ZERO_ORDER,
     Response,
     Shown,
-    is_opaque,
 )
 from .shadow import hit, ray_start
 from .two_answers import ALL_UP_TO, either_group, two_answers
@@ -78,7 +80,8 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
     geometry = tree.node("ShaderNodeNewGeometry")
     cos_r = tree.dot(tree.value(geometry.outputs["Incoming"]), n)
     unseen = is_unseen(tree)
-    strength = inputs["Strength"] * (1.0 - inputs["Base Blend"])
+    coated = 1.0 - inputs["Base Blend"]
+    strength, covered = inputs["Strength"] * coated, tree.minimum(inputs["Strength"], 1.0) * coated
     settings = {socket: inputs[socket.name] for socket in SETTINGS}
     start = ray_start(tree, geometry) if traces_shadows(group) else None
     to_lamps = dict(settings)
@@ -97,7 +100,7 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
     of_world = spectral and lights == REST and reads_source_spectra(group)
     if of_world:
         asked_of_world[SPECTRUM] = read_number(tree, REST_SPECTRUM)
-    worlds = [(response.to_world(tree, asked_of_world, number=k), area) for k, (response, area) in reliefs]
+    worlds = [response.to_world(tree, asked_of_world, number=k) for k, (response, _) in reliefs]
     zero_order = float(lights == LAMPS_ONLY)
     whole: list[Light] = []
     left_out: list[Light] = []
@@ -147,16 +150,37 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
         coat = answer.dimmed(lit if share is None else lit * share).added_to(coat)
     assert coat is not None  # there is at least one lamp input
     shader = coat.shader if lights != ALL else None
-    for world, area in worlds if lights != LAMPS_ONLY else ():
+    for world, (_, (response, area)) in zip(worlds, reliefs, strict=True) if lights != LAMPS_ONLY else ():
         assert world is not None  # otherwise lights is LAMPS_ONLY
         rest = strength
         if lights == REST:
             rest = strength * (1.0 - unseen) * left_by_table(tree, not_for_closures, world.direction)
         closures = world.closures(n, strength, rest)
+        if (plate := plate_of(response.group)).present:
+            closures = tree.add_shader(closures, plate.face(tree, n, covered))
         shader = tree.add_shader(shader, closures if area is None else tree.mix_shader(area, None, closures))
-    if not all(map(is_opaque, responses)):
-        shader = tree.add_shader(shader, tree.mix_shader(tree.fresnel(inputs["IOR"], n), inputs["Base"], None))
-    shader = tree.add_shader(shader, tree.mix_shader(inputs["Base Blend"], None, inputs["Base"]))
+    shader = tree.add_shader(shader, _base(tree, inputs, reliefs, n=n, cos_r=cos_r, shares=(coated, covered)))
     radiance = coat.radiance * strength
     tree.node("ShaderNodeOutputAOV", radiance, aov_name=AOV_NAME)
     tree.output(shader, radiance)
+
+
+def _base(
+    tree: Tree, inputs: dict[str, Value], reliefs: list[tuple[int, tuple[Response, Value | None]]], *,
+    n: Value, cos_r: Value, shares: tuple[Value, Value],
+) -> Value:  # fmt: skip
+    """The shader of the base, and of the smooth metals where a metal's relief is weak. `shares`: 1 - wd, and k."""
+    coated, covered = shares
+    metals: Value | None = None
+    hidden: Value | float = 0.0
+    for _, (response, area) in reliefs:
+        smooth = smooth_reflectance(tree, response.group, cos_r)
+        if is_opaque(response.group):
+            hides = coated
+            if smooth is not None:
+                metal = tree.mix_shader(coated - covered, None, tree.glossy(smooth[0], inputs["Roughness"], n))
+                metals = tree.add_shader(metals, metal if area is None else tree.mix_shader(area, None, metal))
+        else:
+            hides = covered * (tree.fresnel(inputs["IOR"], n) if smooth is None else smooth[1])
+        hidden = hides if area is None else hides.times_plus(area, hidden)
+    return tree.add_shader(metals, tree.mix_shader(hidden, inputs["Base"], None))

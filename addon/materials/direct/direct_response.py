@@ -8,7 +8,6 @@ import bpy
 
 from ....precompute.base.failure import GratingError, printable
 from ....precompute.colour.working_space import rgb_from_xyz
-from ....precompute.optics.plate import NO_PLATE
 from ....precompute.table.atlas_file import matter_in, read_sound_header
 from ....precompute.table.sample_set import path_beside
 from ....precompute.table.sample_set import read_sound_header as read_sound_set_header
@@ -17,8 +16,9 @@ from ..lamp_errors import note_lamp_errors
 from ..lamp_table_nodes import lamp_table_image
 from ..lobes.lobes_group import build_world_group
 from ..lobes.random_draw import SampleSetNodes, reflectance_image, wavelengths_image
+from ..matter_nodes import note_matter
 from ..pictures import content_of, note_content, note_pictures, picture_of
-from ..response import Response, note_opaque, note_plate, note_working_space
+from ..response import Response, note_working_space
 from .direct_group import build_direct_group
 
 # Header entries that are equal in the two files of a bake, and differ between bakes.
@@ -44,10 +44,7 @@ def direct_response(path: Path) -> Response:
     note_working_space(response)
     note_lamp_errors(response.group, layout.illuminant, record.get("delta_e", {}).get("lamps", {}))
     matter = matter_in(layout, record, path)
-    if matter.opaque:
-        note_opaque(response)
-    if layout.plate_ior != NO_PLATE:
-        note_plate(response, layout.plate_ior)
+    note_matter(response.group, matter, layout.illuminant)
     note_pictures(response.group)
     if draws_layout is None:
         return response

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The matter of a response: how a smooth surface of it reflects, and whether the base is seen through it.
+
+Custom properties of the response's node group, saved in files, hold it."""
+
+import bpy
+import numpy as np
+
+from ...precompute.optics.plate import NO_PLATE, PLATE_IOR_MAX
+from ...precompute.reflectance.matter import Matter
+from ..blender import compat, stored
+from ..nodes.builder import Tree, Value
+from .plate_nodes import Plate
+
+# Whether nothing is seen through the matter, the index of refraction of the plate over the relief, and the colours of a
+# smooth surface at _COSINES. Groups from earlier versions lack the colours: their base has Fresnel's share.
+_OPAQUE, _PLATE, _COLOURS = "ng_opaque", "ng_plate", "ng_smooth"
+# The cosines of a curve's stops, closer where it is steep. Blender's Color Ramp has at most 32 stops, and a table of
+# 256 colours. Both together err by less than 0.01, except at the sharp edges of stacks of more than 20 layers (0.02).
+_COSINES = np.linspace(0, 1, 32) ** 2
+
+
+def note_matter(group: bpy.types.NodeTree, matter: Matter, illuminant: str) -> None:
+    """Store the matter of a response on its node group."""
+    if matter.opaque:
+        group[_OPAQUE] = True
+    if matter.has_plate:
+        group[_PLATE] = matter.plate_ior
+    if matter.baked:
+        from ...precompute.reflectance.smooth_colour import smooth_colour  # a dielectric does not need it
+
+        colours = smooth_colour(matter, _COSINES, space=compat.working_space(), illuminant=illuminant)
+        group[_COLOURS] = colours.ravel().tolist()
+
+
+def is_opaque(group: bpy.types.NodeTree) -> bool:
+    """Whether nothing is seen through a response's matter, as on a metal."""
+    return bool(stored.count(group, _OPAQUE, 1))
+
+
+def plate_of(group: bpy.types.NodeTree) -> Plate:
+    """The plate over a response's relief. Its index is 1 if the relief has no plate."""
+    return Plate(stored.number(group, _PLATE, NO_PLATE, low=NO_PLATE, high=PLATE_IOR_MAX))
+
+
+def smooth_reflectance(tree: Tree, group: bpy.types.NodeTree, cosine: Value) -> tuple[Value, Value] | None:
+    """Add nodes for what a smooth surface of a response's matter reflects towards the viewer: its colour and its
+    luminance. None if this follows the index of refraction in the scene. `cosine` is of the angle to the viewer, on
+    either side."""
+    colours = stored.numbers(group, _COLOURS, 4 * len(_COSINES))
+    if colours is None:
+        return None
+    node = tree.node("ShaderNodeValToRGB", tree.math("ABSOLUTE", cosine), label="Smooth Surface")
+    stops = node.color_ramp.elements
+    stops.remove(stops[1])
+    for position, colour in zip(_COSINES.tolist(), np.reshape(colours, (-1, 4)), strict=True):
+        stop = stops.new(position) if position else stops[0]
+        stop.color = colour
+    return tree.value(node.outputs["Color"]), tree.value(node.outputs["Alpha"])
