@@ -44,8 +44,8 @@ def part_of(sample, side_m):
 
 SURFACES = {
     "blaze": lambda: blazed(periods=2, rows=64),
-    "disc": lambda: part_of(cd, 4.2e-6),
-    "skin": lambda: part_of(elaphe, 4.2e-6),
+    "disc": lambda: part_of(cd, 7.5e-6),
+    "skin": lambda: part_of(elaphe, 7.5e-6),
 }
 
 

@@ -142,9 +142,14 @@ def test_the_width_of_a_single_row_does_not_count():
     assert kernels[0] == kernels[1] == pytest.approx(coherence.kernel_sigma(4 * 128 * PIXEL_M / 30 / 2**0.5))
 
 
-def test_a_thin_scan_has_no_coherence_over_its_width():
+@pytest.mark.parametrize("asked_m", [None, 16 * PIXEL_M])
+def test_a_thin_scan_has_no_coherence_over_its_width(asked_m):
+    """The apodisation's width is at most sqrt(2 / 3) of the kernel's at 780 nm, also for an asked coherence length. Its
+    equivalent noise bandwidth is 0.75 / 0.64 (Harris 1978), up to the sampling of 16 pixels."""
     thin = prepare(scan(skin(16, 4096)))
-    assert kernel_for((thin,), BakeRequest()) == pytest.approx(coherence.kernel_sigma(16 * PIXEL_M))
+    window = 0.75 / 0.64 / (np.sqrt(2 * np.pi) * 16 * PIXEL_M)
+    least = 780e-9 * window / np.sqrt(2 / 3)
+    assert kernel_for((thin,), BakeRequest(coherence_length_m=asked_m)) == pytest.approx(least, rel=1e-2)
 
 
 def test_a_pixel_is_refused_on_the_command_line(tmp_path, capsys):

@@ -82,12 +82,13 @@ def test_a_kernel_chosen_by_itself_averages_thirty_areas():
 
 
 def test_scans_of_one_skin_average_more_areas():
-    """Three scans of one size average thirty areas of sqrt(3) times the length. No length exceeds a scan's side."""
+    """n scans average thirty areas of sqrt(n) times the length. If they do not wrap, their apodisation limits it."""
     scan = prepare(HeightMap(waves().height_m, (78e-9, 78e-9), "test"))
-    assert kernel_for((scan,) * 3, BakeRequest()) == pytest.approx(
-        kernel_for((scan,), BakeRequest()) / 3**0.5, rel=1e-12
+    one, two, nine = (kernel_for((waves(),) * count, BakeRequest()) for count in (1, 2, 9))
+    assert (two, nine) == pytest.approx((one / 2**0.5, one / 3), rel=1e-12)
+    assert kernel_for((scan,) * 9, BakeRequest()) == pytest.approx(
+        780e-9 * max(scan.window_q) / (2 / 3) ** 0.5, rel=1e-12
     )
-    assert kernel_for((scan,) * 9, BakeRequest()) == pytest.approx(coherence.kernel_sigma(64 * 78e-9), rel=1e-12)
 
 
 def test_a_table_chosen_by_itself_keeps_to_its_memory(monkeypatch):

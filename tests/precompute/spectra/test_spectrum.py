@@ -83,8 +83,8 @@ def test_a_mirror_scatters_nothing():
 
 
 def test_nothing_is_scattered_at_the_horizon():
-    """The scattered part grows as s^2; the next term is (2 pi s h)^2 times smaller. At s = 0 the mean phasor is off by a
-    few roundings of 1e-16."""
+    """The scattered part grows as s^2; the next term is (2 pi s h)^2 times smaller. At s = 0 the mean phasor is off
+    by a few roundings of 1e-16."""
     relief = rough(0)
     grid = every_bin(relief)
     assert scattered_spectrum(relief, 0.0, grid)[0].max() <= 1e-30

@@ -16,7 +16,7 @@ from precompute.table.tiling import SPACINGS, Cell
 S_MAX, GRID_MAX = 2 / 380e-9, 5.6e6
 # Values of s to test: from w = 0.4 at 700 nm to w = 2 at 400 nm.
 S_SEEN = np.linspace(0.4 / 700e-9, 2 / 400e-9, 9)
-SIGMA_B = 0.02
+SIGMA_B = 0.06
 PROVENANCE = {
     "source": "sample:test",
     "model": "ensemble",

@@ -178,6 +178,7 @@ def test_a_flat_scan_among_others_halves_the_light():
 def test_scans_of_unlike_blur_are_jittered_alike():
     """The texels of the less blurred scan leave their bins by a Gaussian that makes up the difference."""
     sharp = series_of(skin(96))
+    sharp = replace(sharp, grid=replace(sharp.grid, window_q=(0.0, 0.0)))
     blurred = replace(sharp, blur_q=8e3)
     assert make_sample_set([blurred], SIGMA_B, 64).blur_q == 8e3
     found = make_sample_set([sharp, blurred], SIGMA_B)
@@ -187,6 +188,17 @@ def test_scans_of_unlike_blur_are_jittered_alike():
     moved = np.abs(off).max(axis=-1) > 1e-6 * spacing
     assert moved.mean() == pytest.approx(0.5, abs=0.01)
     assert off[moved].std() == pytest.approx(8e3, rel=0.03)
+
+
+def test_the_shorter_sides_window_blurs_both_axes():
+    """The frequencies along the longer side are jittered by the difference."""
+    sharp = series_of(skin(96))
+    found = make_sample_set([replace(sharp, grid=replace(sharp.grid, window_q=(8e3, 0.0)))], SIGMA_B)
+    assert found.blur_q == 8e3
+    for axis, jitter in enumerate([8e3, 0.0]):
+        spacing = (sharp.grid.q_x, sharp.grid.q_y)[axis][1] - (sharp.grid.q_x, sharp.grid.q_y)[axis][0]
+        off = (found.q[..., axis] + 0.5 * spacing) % spacing - 0.5 * spacing
+        assert off.std() == pytest.approx(jitter, rel=0.03, abs=1e-6 * spacing)
 
 
 def test_a_flat_surface_has_an_empty_set():
