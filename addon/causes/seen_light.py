@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 
 from ...precompute.base.failure import GratingError
+from ...precompute.optics.mirror_image import LEAST_VARIANCE
 from ...precompute.table.atlas_file import read
 from ...precompute.table.radiance import Skin, lamp_radiance
 from ...precompute.table.table import Table
@@ -131,12 +132,14 @@ def _at(scene: bpy.types.Scene, places: Places, table: Table) -> tuple[np.ndarra
         if not len(at):
             continue
         lit[at] = np.maximum(lit[at], sent.irradiance[at])
-        away = np.hypot(*(wi + wr)[at, :2].T) * skin.period_scale
+        u, v, w = (wi + wr)[at].T
+        away = np.hypot(u, v)
         if len(at) > most:
             most, distance[:] = len(at), np.nan
-            distance[at] = away
+            distance[at] = away * skin.period_scale
         shown = np.max([_radiance(table, sent, at, pair=pair, skin=skin) for pair in _pairs(places, wi, wr)], axis=0)
-        mirror = away < _MIRROR * _spread(table, sent.variance[at], skin, w=(wi + wr)[at, 2])
+        spread = np.maximum(sent.variance[at], LEAST_VARIANCE) + (w * skin.roughness**2) ** 2 / 2
+        mirror = away < _MIRROR * np.sqrt(spread)
         # The mirror image of a wide lamp covers the surface with white; that of a small one is a point.
         grey = (shown @ np.array(LUMINANCE)) * (sent.variance[at] > _WIDE**2)
         radiance[at] += np.where(mirror[:, None], grey[:, None], shown)
@@ -158,9 +161,3 @@ def _radiance(
     return lamp_radiance(
         table, wi[at], wr[at], irradiance=sent.irradiance[at, None], variance=sent.variance[at], skin=skin
     )
-
-
-def _spread(table: Table, variance: np.ndarray, skin: Skin, *, w: np.ndarray) -> np.ndarray:
-    """The standard deviation in (u, v) of a lamp's mirror image (precompute/table/radiance.py has the formula)."""
-    blur = np.maximum(variance - table.sigma_b**2, 0) + (w * skin.roughness**2) ** 2 / 2
-    return np.sqrt(table.sigma_b**2 + blur) * max(skin.period_scale, 1.0) * table.plate_ior

@@ -96,7 +96,7 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
     spectral = any(response.is_spectral for response in responses)
     coloured = coloured_in(group) if spectral else set()
     lights = lights_of(group) if all(response.world is not None for response in responses) else LAMPS_ONLY
-    asked_of_world: dict[Socket, Operand] = {NORMAL: n, TANGENT: t, SHARP: float(lights == REST), **settings}
+    asked_of_world: dict[Socket, Operand] = {NORMAL: n, TANGENT: t, SHARP: float(lights == REST), **to_lamps}
     of_world = spectral and lights == REST and reads_source_spectra(group)
     if of_world:
         asked_of_world[SPECTRUM] = read_number(tree, REST_SPECTRUM)

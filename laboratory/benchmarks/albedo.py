@@ -88,8 +88,8 @@ def directional_albedo(
             found.append(np.mean(factor * density))
         return np.array(found)
 
-    wr, w, real = _views(jitter, wi)
-    total = means(real * series.zero_order(w / lam), wr, scattered=False)
+    mirrored = wi * (-1, -1, 1)
+    total = means(series.zero_order(2 * wi[2:] / lam), mirrored[None], scattered=False)
     if power.sum() > 0:
         cumulative = np.cumsum(power)
         drawn = np.minimum(np.searchsorted(cumulative, first * cumulative[-1]), len(power) - 1)

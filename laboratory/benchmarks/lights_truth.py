@@ -86,9 +86,7 @@ def integrals(surface: Surface, points: scenes.Points, lights: dict[str, scenes.
                     found[which, part, index] += light.of_lamp(directions, position, surface.table.sigma_b) @ answers
         for which, light in enumerate(lights.values()):
             if len(light.directions):
-                found[which, :, index] += surface.lit(
-                    light.directions @ frame.T, wr, light.irradiance, light.variance
-                )
+                found[which, :, index] += surface.lit(light.directions @ frame.T, wr, light.irradiance, light.variance)
     return dict(zip(lights, found, strict=True))
 
 

@@ -112,9 +112,7 @@ def vertex_material(studio: Studio, table):
     wr = np.einsum("nij,nj->ni", frame, to_camera / np.linalg.norm(to_camera, axis=1, keepdims=True))
     irradiance = np.broadcast_to(lamp.data.energy * np.array(lamp.data.color), wi.shape)
     radiance = np.ones((corners, 4), np.float32)
-    radiance[:, :3] = lamp_radiance(
-        table, wi, wr, irradiance=irradiance, variance=np.tan(lamp.data.angle / 2) ** 2 / 4
-    )
+    radiance[:, :3] = lamp_radiance(table, wi, wr, irradiance=irradiance, variance=np.tan(lamp.data.angle / 2) ** 2 / 4)
     mesh.color_attributes.new("radiance", "FLOAT_COLOR", "CORNER").data.foreach_set("color", radiance.ravel())
 
     material = bpy.data.materials.new("Vertices")

@@ -7,7 +7,8 @@ A rough skin is a surface of facets, each with the relief on it. Their slopes ha
 the square of the roughness. A facet shows the diffraction of its own frame: other angles, another w, another tangent.
 The material instead blurs the table, as if all facets shared the frame of the whole surface. The benchmark draws pairs
 of directions by the light that the material sends, and compares it there with the mean over facets, without shadows
-between facets. The mirror image, whose width is the lamp's, is left out. Errors are CIEDE2000, where the brightest hundredth of the pairs is white or brighter.
+between facets. The mirror image, whose width is the lamp's, is left out. Errors are CIEDE2000, where the brightest
+hundredth of the pairs is white or brighter.
 """
 
 from dataclasses import asdict, dataclass

@@ -115,8 +115,8 @@ def from_method(
     these wavelengths in metres, (size, size, k).
 
     A method's density includes its zero order, which is therefore blurred by the kernel and multiplied by Stam's
-    obliquity O instead of its own, 1. Close to the mirror direction the two agree. `progress` is called after each block of
-    rows."""
+    obliquity O instead of its own, 1. Close to the mirror direction the two agree. `progress` is called after each
+    block of rows."""
 
     def seen(view: np.ndarray) -> np.ndarray:
         u, v, w = (wi + view).T

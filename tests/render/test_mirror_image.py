@@ -27,14 +27,17 @@ def sun_seen_in_a_plane(stage, diameter):
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("lights", ["LAMPS", "REST"])
 def test_a_flat_surface_mirrors_the_disc_of_a_sun(stage, flat, engine, lights):
-    """Its rms radius and its peak. A pixel is a sixteenth of the disc's diameter. EEVEE."""
+    """Its rms radius and its brightness. The disc is 16 pixels wide, so its edge is off by up to half a pixel, a
+    sixteenth of its radius; the mean over the edge is off by less. EEVEE's glossy light is 2 % too dim."""
     for degrees in (0.5, 1.5, 5):
         clear(stage.addon, stage.scene)
-        sun_seen_in_a_plane(stage, np.radians(degrees))
+        radius = np.radians(degrees / 2)
+        sun_seen_in_a_plane(stage, 2 * radius)
         assign(stage, flat[0], lights)
         image = stage.rgb(engine, PIXELS) @ LUMINANCE
-        radius = np.radians(degrees / 2)
         place = (np.arange(PIXELS) + 0.5 - PIXELS / 2) * 6 * radius / PIXELS
         rms = np.sqrt((image * (place**2 + place[:, None] ** 2)).sum() / image.sum())
-        peak = fresnel_reflectance(np.cos(ANGLE), KERATIN_IOR) / (np.pi * radius**2)
-        print(engine, lights, degrees, rms / (radius / np.sqrt(2)), image.max() / peak, np.median(image[20:28,20:28])/peak, image.sum()*(6*radius/PIXELS)**2/fresnel_reflectance(np.cos(ANGLE), KERATIN_IOR))
+        assert rms == pytest.approx(radius / np.sqrt(2), rel=0.03)
+        reflected = fresnel_reflectance(np.cos(ANGLE), KERATIN_IOR) / (np.pi * radius**2)
+        middle = image[PIXELS // 2 - 4 : PIXELS // 2 + 4, PIXELS // 2 - 4 : PIXELS // 2 + 4]
+        np.testing.assert_allclose((image.max(), np.median(middle)), reflected, rtol=0.03)

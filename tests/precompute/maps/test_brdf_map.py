@@ -81,8 +81,8 @@ def test_a_pixel_is_a_direction(size):
 def test_the_mirror_image_of_the_light_lies_towards_x():
     size = 60
     xyz = from_reference(mirror(), SIGMA_B, size, wi=light_from(THETA), seen=seen_colour(100e-9))
-    light = np.nan_to_num(luminance(xyz))
-    x, y = ((np.arange(size) + 0.5) * 2 / size - 1) @ np.stack([light.sum(axis=0), light.sum(axis=1)], axis=1) / light.sum()
+    light, axis = np.nan_to_num(luminance(xyz)), (np.arange(size) + 0.5) * 2 / size - 1
+    x, y = (axis @ light.sum(axis=along) / light.sum() for along in (0, 1))
     # To half a pixel; the disc is symmetric except for Fresnel, which moves its middle by sigma^2 R'/R, here 0.003.
     assert (x, y) == pytest.approx((np.sin(THETA), 0), abs=1.5 / size)
 
