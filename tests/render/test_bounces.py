@@ -68,8 +68,8 @@ def test_a_sharp_mirror_shows_the_diffraction(wall, shader, inputs):
 
 
 def test_a_rough_floor_shows_the_diffraction_of_a_rough_grating(wall, stage):
-    """What a mirror shows of a grating of that roughness. A floor of roughness 0.02 moves light by less than a hundredth
-    of the picture."""
+    """It shows what a mirror shows of a grating of that roughness. A floor of roughness 0.02 moves light by less than a
+    hundredth of the picture."""
     blurred = wall("ShaderNodeBsdfAnisotropic", 16, Roughness=0.02)
     emptied()
     held = stage.addon.light_masks.ROUGHNESS
@@ -103,11 +103,12 @@ def floor(stage, disc):
 
 def test_a_disc_in_a_rough_floor(floor, stage, monkeypatch):
     """No pixel is much brighter than the median of its neighbours: the noise of a pixel is a tenth at 64 samples. The
-    luminance is that without a blur, within 5 %: the blur moves light about the disc, and some beyond the horizon."""
+    luminance is that without a blur, within 5 %, and 1 % of noise: the blur moves light about the disc, and some beyond
+    the horizon."""
     luminance = floor(0.3, 64) @ LUMINANCE
     windows = np.lib.stride_tricks.sliding_window_view(np.pad(luminance, 1, mode="edge"), (3, 3))
     around = np.delete(windows.reshape(*luminance.shape, 9), 4, axis=-1)
     assert (luminance / np.median(around, axis=-1)).max() < 2.5
     emptied()
     monkeypatch.setattr(stage.addon.light_masks, "ROUGHNESS", 0.0)
-    assert luminance.mean() == pytest.approx((floor(0.3, 64) @ LUMINANCE).mean(), rel=0.05)
+    assert luminance.mean() == pytest.approx((floor(0.3, 64) @ LUMINANCE).mean(), rel=0.06)
