@@ -1,18 +1,26 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Masks for the light at a point: which rays see the diffraction, and which lamps light it."""
+"""Masks for the light at a point: which rays see the diffraction, how sharply, and which lamps light it."""
 
 from ..lamps.lamp_group import Light
 from ..nodes.builder import Tree, Value
 
+# The least roughness that rough reflections see. On a CD over floors of roughness 0.02 to 0.6, no pixel of 128 samples
+# is then brighter than 3.3 times its neighbours (9.4 times without it), and all light changes by at most 4 %. It loses
+# 9 % with 0.3, and gains 10 % with 0.2.
+ROUGHNESS = 0.25
 
-def is_unseen(tree: Tree) -> Value:
-    """1 for rays that would hit the diffraction by chance and cause fireflies, else 0.
 
-    The camera sees the diffraction, also in mirrors and through clear glass. Rays scattered in a random direction by a
-    rough surface or fog do not see it, nor do diffuse bounces that a mirror reflects."""
+def rays(tree: Tree) -> tuple[Value, Value]:
+    """Two numbers about the ray: 1 if it must not see the diffraction, else 0; and the least roughness that it sees.
+
+    The camera sees the diffraction as it is, also in mirrors and through clear glass. A rough reflection sees blurred
+    colours: its random rays would find narrow orders by chance and leave white dots. How rough the reflection is, a
+    material cannot know. Diffuse bounces and fog do not see the diffraction."""
     path = tree.outputs_of(tree.node("ShaderNodeLightPath"))
-    mirrored = tree.math("GREATER_THAN", path["Is Singular Ray"], path["Diffuse Depth"])
-    return tree.math("LESS_THAN", path["Is Camera Ray"] + mirrored, 0.5)
+    glossy = path["Is Glossy Ray"]  # mirrors and glass included
+    sharp = tree.math("GREATER_THAN", path["Is Singular Ray"], path["Diffuse Depth"])
+    unseen = tree.math("LESS_THAN", path["Is Camera Ray"] + glossy, 0.5)
+    return unseen, tree.math("GREATER_THAN", glossy, sharp) * ROUGHNESS
 
 
 def is_lit(tree: Tree, light: Light, *, n: Value, cos_r: Value, unseen: Value) -> Value:

@@ -41,7 +41,7 @@ from .group_properties import (
     traces_shadows,
     variation_of,
 )
-from .light_masks import is_lit, is_unseen
+from .light_masks import is_lit, rays
 from .matter_nodes import is_opaque, plate_of, smooth_reflectance
 from .response import (
     IRRADIANCE,
@@ -79,7 +79,7 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
     n, t = frame_nodes(tree, inputs, frame_of(group))
     geometry = tree.node("ShaderNodeNewGeometry")
     cos_r = tree.dot(tree.value(geometry.outputs["Incoming"]), n)
-    unseen = is_unseen(tree)
+    unseen, least_roughness = rays(tree)
     coated = 1.0 - inputs["Base Blend"]
     strength, covered = inputs["Strength"] * coated, tree.minimum(inputs["Strength"], 1.0) * coated
     settings = {socket: inputs[socket.name] for socket in SETTINGS}
@@ -87,6 +87,7 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
     to_lamps = dict(settings)
     if counts_footprint(group):
         to_lamps[ROUGHNESS] = with_footprint(tree, settings[ROUGHNESS])
+    to_lamps[ROUGHNESS] = tree.maximum(to_lamps[ROUGHNESS], least_roughness)
     reliefs = list(enumerate(zip(responses, areas, strict=True), start=1))
     # Unlinked nodes cost nothing. They keep groups in the file that more lamps, or an area lamp, need later: Blender's
     # undo would lose a group that a handler makes.
