@@ -99,8 +99,8 @@ class Cells:
 
 
 def _rest(sigma: float, width: float) -> float:
-    """The standard deviation, at least sigma / sqrt(3), that widens a window of this width to a kernel of sigma."""
-    return float(np.sqrt(max(sigma**2 - width**2, sigma**2 / 3)))
+    """The standard deviation, at least sigma / sqrt(5), that widens a window of this width to a kernel of sigma."""
+    return float(np.sqrt(max(sigma**2 - width**2, sigma**2 / 5)))
 
 
 def _near(q: np.ndarray, places: np.ndarray, lam: float, sigma: float) -> tuple[np.ndarray, np.ndarray]:

@@ -13,9 +13,12 @@ import math
 REFERENCE_WAVELENGTH_M = 550e-9
 # The default kernel averages this many coherence areas. An average over fewer areas is mostly speckle.
 MINIMUM_AREAS = 30
-# A kernel is narrowed by what an apodisation window adds, by at most this share of its variance. The rest is still wide
-# enough for the bins of a spectrum, and an order keeps its width to 3 % and its peak to 5 %.
+# A kernel is narrowed by what an apodisation window adds. At the longest wavelength, at most this share of its variance
+# may be the window's. Then an order keeps its width to 3 % and its peak to 5 %.
 WINDOW_SHARE = 2 / 3
+# This share of a kernel's variance is always applied, so that the bins of a spectrum leave no gaps. A bake's texels
+# reach it beyond 700 nm only.
+_LEAST_LEFT = 0.2
 # The thesis's coherence length, which is the default of the patch model.
 THESIS_COHERENCE_M = 65e-6
 
@@ -33,8 +36,8 @@ def coherence_length(sigma_b: float) -> float:
 def kernel_left(sigma: float, held: float) -> float:
     """The standard deviation of the kernel that widens a Gaussian of standard deviation `held` to sigma.
 
-    It is at least sqrt(1 - WINDOW_SHARE) times sigma."""
-    return math.sqrt(max(sigma**2 - held**2, (1 - WINDOW_SHARE) * sigma**2))
+    Its variance is at least the share _LEAST_LEFT of sigma's."""
+    return math.sqrt(max(sigma**2 - held**2, _LEAST_LEFT * sigma**2))
 
 
 def coherence_areas(size_m: tuple[float, float], coherence_length_m: float, profiles_m: float = 0.0) -> float:

@@ -18,7 +18,7 @@ from ..maths import chebyshev
 from ..surface.relief import Relief
 from .resample import KERNEL_REACH, Resampler
 from .series import COUNT_MIN, SpectrumSeries, bound
-from .spectrum import FrequencyGrid, frequency_grid, power_of_rows, row_blocks, scattered_spectrum
+from .spectrum import FrequencyGrid, frequency_grid, kept_bins, power_of_rows, row_blocks, scattered_spectrum
 from .turns import over_turns
 
 # Side in pixels of the cuts that measure the number of nodes. Reliefs under twice this size take it from `bound`.
@@ -27,10 +27,11 @@ _CUT = 192
 _COUNT_MAX = 1000
 # A smaller share of scattered light counts as rounding. It is a hundred times a transform's error in single precision.
 ROUNDING = 1e-10
-# Bins much finer than the finest kernel are blurred by a Gaussian and then thinned out. These are the blur's standard
-# deviation and the new spacing of the bins, in units of the finest kernel at the longest wavelength. The rest of the
-# kernel then has a standard deviation of 0.8. A sum over bins under both Gaussians is flat to 2 exp(-2 pi^2 * 0.6^2 *
-# 0.8^2 / 0.75^2) = 6e-4.
+# Bins much finer than the finest applied kernel are blurred by a Gaussian and then thinned out. These are the blur's
+# standard deviation and the new spacing of the bins, in units of this kernel at the longest wavelength. It is narrower
+# than the bake's by what the apodisation window adds, along the scan's shorter side. The rest of the kernel then has a
+# standard deviation of 0.8. A sum over bins under both Gaussians is flat to 2 exp(-2 pi^2 * 0.6^2 * 0.8^2 / 0.75^2) =
+# 6e-4.
 _BLUR, _SPACING = 0.6, 0.75
 
 
@@ -59,7 +60,7 @@ def exact_error(relief: Relief, series: SpectrumSeries, s_values: np.ndarray) ->
     worst = 0.0
     for s in s_values:
         if series.blur_q:
-            fine = frequency_grid(relief, series.grid.q_x[-1], series.blur_q / _BLUR)
+            fine = kept_bins(relief, series.grid.transform_shape, series.grid.q_x[-1])
             exact = _blurred(_power(relief, s, fine)[0], fine, series.grid, blur_q=series.blur_q)
         else:
             exact, _ = scattered_spectrum(relief, s, series.grid)
@@ -91,10 +92,11 @@ def fast_series(
             "give its true height, or crop what stands out, such as dust",
         )
     count = min(most, measured_count(relief, q_max, s_max, tolerance=tolerance))
-    coarse = _thinned_grid(grid, finest_kernel)
+    applied = min(grid.kernel_left(finest_kernel, 1.0))
+    coarse = _thinned_grid(grid, applied)
     before(Work(count, *(len(each.q_y) * len(each.q_x) for each in (grid, coarse))))
     while True:
-        series = _transforms(relief, grid, s_max, finest_kernel=finest_kernel, count=count, progress=progress)
+        series = _transforms(relief, grid, s_max, applied=applied, count=count, progress=progress)
         left_out, ratio = _left_out(_coefficient_sizes(series.scattered_over_s2))
         if count == most or left_out <= 2 * tolerance:
             return series
@@ -152,11 +154,11 @@ def _left_out(sizes: np.ndarray) -> tuple[float, float]:
 
 
 def _transforms(
-    relief: Relief, grid: FrequencyGrid, s_max: float, *, finest_kernel: float, count: int, progress: Progress
+    relief: Relief, grid: FrequencyGrid, s_max: float, *, applied: float, count: int, progress: Progress
 ) -> SpectrumSeries:
-    """Compute the series of `count` nodes. Bins much finer than finest_kernel are thinned out."""
-    coarse = _thinned_grid(grid, finest_kernel)
-    blur_q = 0.0 if coarse is grid else _BLUR * finest_kernel
+    """Compute the series of `count` nodes. Bins much finer than the finest applied kernel are thinned out."""
+    coarse = _thinned_grid(grid, applied)
+    blur_q = 0.0 if coarse is grid else _BLUR * applied
     scattered = np.empty((count, len(coarse.q_y), len(coarse.q_x)), np.float32)
     amplitude = np.empty(count, complex)
     for k, s in enumerate(chebyshev.nodes(count, 0, s_max)):
@@ -167,10 +169,10 @@ def _transforms(
     return SpectrumSeries(coarse, s_max, scattered, amplitude, blur_q, relief.periodic)
 
 
-def _thinned_grid(grid: FrequencyGrid, finest_kernel: float) -> FrequencyGrid:
+def _thinned_grid(grid: FrequencyGrid, applied: float) -> FrequencyGrid:
     """A coarser grid for bins blurred by _BLUR, or the grid itself if that saves less than half of the bins."""
-    spacing = _SPACING * finest_kernel
-    reach = [math.ceil((q[-1] + KERNEL_REACH * _BLUR * finest_kernel) / spacing) for q in (grid.q_y, grid.q_x)]
+    spacing = _SPACING * applied
+    reach = [math.ceil((q[-1] + KERNEL_REACH * _BLUR * applied) / spacing) for q in (grid.q_y, grid.q_x)]
     if np.prod([2 * n + 1 for n in reach]) > 0.5 * len(grid.q_y) * len(grid.q_x):
         return grid
     q_y, q_x = (np.arange(-n, n + 1) * spacing for n in reach)
