@@ -4,9 +4,9 @@
 from ..lamps.lamp_group import Light
 from ..nodes.builder import Tree, Value
 
-# The least roughness that rough reflections see. On a CD over floors of roughness 0.02 to 0.6, no pixel of 128 samples
-# is then brighter than 3.3 times its neighbours (9.4 times without it), and all light changes by at most 4 %. It loses
-# 9 % with 0.3, and gains 10 % with 0.2.
+# The least roughness that rough reflections see. A CD over floors of roughness 0.02, 0.1 and 0.3 then has the light of
+# All by Samples within 5 %, and a floor of 0.3 has no pixel brighter than 2.5 times its neighbours. With 0.2 the light
+# is 10 % too bright, with 0.3 up to 9 % too dark, and sharp orders leave pixels of 10 times their neighbours.
 ROUGHNESS = 0.25
 
 
