@@ -22,7 +22,7 @@ def small_slope_over_fresnel(tree: Tree, *, light: Direction, view: Direction, o
     less_one, cosine2 = RATIO_IOR**2 - 1, one_plus * 0.5
     cosine = tree.sqrt(cosine2)
     total = tree.sqrt(cosine2 + less_one) + cosine
-    # Fresnel's reflectance is (less_one / total^2)^2 (1 + tm^2) / 2, with tm the amplitude of TM relative to that of TE.
+    # Fresnel's reflectance is (less_one / total^2)^2 (1 + tm^2) / 2, with the amplitude tm of TM over that of TE.
     tm = cosine.times_plus(total, -1.0) / (cosine / total).times_plus(less_one, 1.0)
     slopes = small_slope_reflectance(tree, RATIO_IOR, light=light, view=view, one_plus=one_plus)
     return slopes * tree.squared(tree.squared(total)) * (2 / less_one**2) / tm.times_plus(tm, 1.0)

@@ -25,7 +25,7 @@ from ..table.sample_set import COEFFICIENTS, piece_and_powers
 from .sample_draws import make_sample_set
 
 # The directions of the light: angles from the normal, and azimuths over half a turn. A relief's spectrum is the same at
-# q and -q, so the other half has the same albedos. Twice as many of each change the largest albedo of the samples and of
+# q and -q, so the other half has the same albedos. Twice as many of each change the largest albedo of samples and of
 # sinusoidal gratings by less than 1 % (tests/precompute/bake/test_largest_albedo.py).
 _ANGLES_DEG = (0, 15, 30, 45, 55, 65, 70, 75, 80, 85, 88)
 _AZIMUTHS = 12

@@ -12,7 +12,6 @@ make.py compares the errors with the requested dE00. The verb `check` measures t
 (precompute/check).
 """
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 

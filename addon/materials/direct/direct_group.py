@@ -26,10 +26,11 @@ A bake with more channels than XYZ has one more input, Spectrum: the lamp's row 
 
 This is f * E * cos(ti) of a dielectric (docs/theory.md); the w^2 of its factor cancels the table's. Q is the small
 slope reflectance (small_slope_nodes.py), R Fresnel's. The table of a metal or a film holds its reflectance. It has
-Q / R at RATIO_IOR (precompute/optics/brdf.py) in place of Q, and 1 in place of R. The f_k are functions of w, stored as sums of Chebyshev polynomials. The kernel is that of the lamp's image in a mirror
-(precompute/optics/mirror_image.py). Under a plate, the scattered light has the directions inside it, and is multiplied
-by T(ti) T(tr) cos(ti) / (n^2 cos(ti')) (precompute/optics/plate.py); the mirror image is multiplied by T(ti) T(tr). B_k
-are read at the blur levels (precompute/table/atlas.py) around the variance
+Q / R at RATIO_IOR (precompute/optics/brdf.py) in place of Q, and 1 in place of R. The f_k are functions of w, stored as
+sums of Chebyshev polynomials. The kernel is that of the lamp's image in a mirror (precompute/optics/mirror_image.py).
+Under a plate, the scattered light has the directions inside it, and is multiplied by T(ti) T(tr) cos(ti) / (n^2
+cos(ti')) (precompute/optics/plate.py); the mirror image is multiplied by T(ti) T(tr). B_k are read at the blur levels
+(precompute/table/atlas.py) around the variance
 
     sigma^2 = sigma_b^2 + max(0, Variance - sigma_b^2) (1 + cos(ti)^2) / 2 + (w r^2)^2 / 2
 

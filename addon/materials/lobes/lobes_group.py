@@ -17,8 +17,8 @@ scattered light, if each draw has the colour
     C = D c^2 G W(q; c w / lambda) / lambda^2 rgb(u, v, w) / (X + Y + Z)(u, v, w)
 
 G is 4 cos(ti) cos(tr) Q. For a table that holds its matter's reflectance, Q is multiplied by R / F: R is the matter's
-reflectance at the drawn wavelength and the half angle, F Fresnel's at RATIO_IOR, as is Q. The table's colour below has no
-brightness, so the table's own R does not count.
+reflectance at the drawn wavelength and the half angle, F Fresnel's at RATIO_IOR, as is Q. The table's colour below has
+no brightness, so the table's own R does not count.
 The frequency q is drawn from the sample set (precompute/table/sample_set.py), which also gives its weight W. The
 wavelength lambda is drawn in proportion to the observer's X + Y + Z, whose integral is D
 (precompute/colour/drawn_wavelengths.py). They determine the direction wi: its tangential part is lambda q / p minus the
@@ -29,9 +29,9 @@ direct/direct_group.py.
 Under a plate, C has the directions inside, and is multiplied by what the front face lets through on both ways, T(ti)
 T(tr). An order that the front face reflects totally is black. The closure is around the directions above the plate.
 
-The closure of an order combines the width of the coherence kernel, with the standard deviation sigma_b in (u, v), and the skin's
-roughness r: alpha^2 = 2 sigma_b^2 / w^2 + r^4. This is exact for a Beckmann lobe. The bins of the spectrum may already
-include a part of the kernel (blur_q), which is subtracted here. If Sharp is 1, the kernel moves the direction at random
+The closure of an order combines the width of the coherence kernel, with the standard deviation sigma_b in (u, v), and
+the skin's roughness r: alpha^2 = 2 sigma_b^2 / w^2 + r^4. This is exact for a Beckmann lobe. The bins of the spectrum
+may already include a part of the kernel (blur_q), which is subtracted here. If Sharp is 1, the kernel moves the direction at random
 instead, and the closure is a perfect mirror. The place where the colour is read moves in both cases, so that the
 colours of many draws add up correctly. A wide closure cannot tell in which of its directions the light is, so with it
 the kernel blurs the colours twice."""

@@ -40,8 +40,9 @@ def test_of_a_dielectric_it_is_a_bake_of_the_shallower_relief(scale):
     np.testing.assert_allclose(ratio, 1, atol=2e-3)
 
 
-def test_of_a_metal_it_keeps_the_bound_as_baked():
-    """So the picture is too dark, most of all towards grazing light. It is never too bright, to the error of a sum."""
+def test_of_a_metal_it_keeps_the_largest_albedo_as_baked():
+    """So all directions are darker by one number, that of the shallower relief over that of the steeper one. The bakes'
+    colour error of 2 is about 2 % in Y for one direction in a hundred, and much less in a sum."""
     ratio = light_at(0.7, "aluminium", stored=False) / light_at(0.7, "aluminium", stored=True)
-    assert (ratio < 1.002).all() and (np.diff(ratio) < 0).all()
-    np.testing.assert_allclose(ratio, (0.92, 0.90, 0.80, 0.72), atol=0.01)
+    np.testing.assert_allclose(ratio, ratio.mean(), rtol=5e-3)
+    assert 0.8 < ratio.mean() < 1

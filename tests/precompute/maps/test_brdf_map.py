@@ -82,7 +82,11 @@ def test_the_mirror_image_of_the_light_lies_towards_x():
     size = 60
     xyz = from_reference(mirror(), SIGMA_B, size, wi=light_from(THETA), seen=seen_colour(100e-9))
     light = np.nan_to_num(luminance(xyz))
-    x, y = ((np.arange(size) + 0.5) * 2 / size - 1) @ np.stack([light.sum(axis=0), light.sum(axis=1)], axis=1) / light.sum()
+    x, y = (
+        ((np.arange(size) + 0.5) * 2 / size - 1)
+        @ np.stack([light.sum(axis=0), light.sum(axis=1)], axis=1)
+        / light.sum()
+    )
     # To half a pixel; the disc is symmetric except for Fresnel, which moves its middle by sigma^2 R'/R, here 0.003.
     assert (x, y) == pytest.approx((np.sin(THETA), 0), abs=1.5 / size)
 
@@ -236,7 +240,7 @@ def test_a_map_of_a_bake_is_the_formula_of_the_materials(matter):
     lamp = {"irradiance": np.ones((1, 3)), "variance": table.kernel_variance}
     expected = lamp_radiance(table, np.broadcast_to(wi, views.shape), views, **lamp)
     found = shown_rgb(from_bake(table, 48, light_from(THETA))[inside], rgb_from_xyz())
-    # The albedo bound is in single precision.
+    # The table is in single precision.
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-7 * expected.max())
 
 
