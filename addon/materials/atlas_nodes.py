@@ -1,16 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reading a bake's atlas (precompute/table/atlas.py) by nodes: the table, the zero order and the albedo bound."""
+"""Reading a bake's atlas (precompute/table/atlas.py) by nodes: the table and the zero order."""
 
 from __future__ import annotations
 
 import bpy
 import numpy as np
 
-from ...precompute.table.albedo_bound import bound_texel
 from ...precompute.table.atlas import STRIP_ROWS, Layout
 from ...precompute.table.tiling import COLUMNS_BESIDE, TILE_PADDING
 from ..nodes.builder import Operand, Tree, Value
-from .tangent_space import Direction
 
 # Sums of at most this many Chebyshev polynomials are evaluated as powers, whose coefficients are then at most 20.
 _FEW = 6
@@ -210,21 +208,3 @@ def zero_order_at(tree: Tree, image: bpy.types.Image, layout: Layout, *, w: Valu
     x = w.times_plus(step / layout.width, 0.5 / layout.width)
     y = STRIP_ROWS * (triple + 0.5) / layout.height
     return tree.image(image, tree.vector(x, y, 0.0), _label("Z", "", triple))
-
-
-def albedo_bound(tree: Tree, of_light: Value, of_view: Value) -> Value:
-    """The albedo bound M = 1 + max(0, X(wi) / cos(ti), X(wr) / cos(tr)), from X / cos(t) of lamp and viewer."""
-    return tree.maximum(tree.maximum(of_light, of_view), 0.0) + 1.0
-
-
-def excess_albedo(tree: Tree, image: bpy.types.Image, layout: Layout, *, way: Direction) -> Value:
-    """X / cos(t) for a direction. The image holds X on a flattened disc (precompute/table/albedo_bound.py)."""
-    size = layout.width, layout.height
-    cosine = tree.maximum(way.cosine, 1e-6)
-    sum_ = tree.sqrt(cosine) + 1.0
-    along = tree.math("INVERSE_SQRT", cosine.times_plus(sum_, sum_))
-    middle = layout.bound_texels / 2
-    step = _over(1 / bound_texel(layout.bound_texels), size)
-    place = (way.vector * along).times_plus(step, _over((middle, layout.curve_rows + middle), size))
-    # All channels are equal, so Blender's conversion of a colour to a number does not change the value.
-    return tree.math("DIVIDE", tree.image(image, place, label="X"), cosine)

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
+from precompute.table.albedo_bound import albedo_bound
 
 from precompute.bake.ensemble import bake
 from precompute.bake.request import BakeRequest
@@ -32,7 +33,6 @@ from precompute.spectra.series import SpectrumSeries, spectrum_series
 from precompute.surface.relief import Relief, prepare
 from precompute.surface.samples.catalogue import SAMPLES, make_sample
 from precompute.table import atlas
-from precompute.table.albedo_bound import albedo_bound
 
 from . import report
 

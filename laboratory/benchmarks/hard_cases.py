@@ -13,6 +13,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+from precompute.table.albedo_bound import albedo_bound
 
 from precompute.bake.ensemble import plan
 from precompute.bake.make import make
@@ -30,7 +31,6 @@ from precompute.reflectance.matter import MIRRORING
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import Relief, prepare
 from precompute.surface.samples.ruled_gratings import sinusoidal
-from precompute.table.albedo_bound import albedo_bound
 from precompute.table.table import Table
 
 from ..study.pages import filled, table

@@ -19,6 +19,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+from precompute.table.albedo_bound import BOUND_TEXELS
 
 from devtools import EXTENSION, ROOT
 from devtools.extension import AddonModules, link_extension
@@ -40,7 +41,6 @@ from precompute.optics.region import Region
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import Relief, prepare
 from precompute.table import atlas
-from precompute.table.albedo_bound import BOUND_TEXELS
 from precompute.table.atlas_file import read_header, write_together
 
 from . import report

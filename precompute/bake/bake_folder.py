@@ -29,7 +29,7 @@ _LEVELLED = 0.01
 # The stage that levels the scans, and may refuse one.
 LEVELLING = "levelling"
 # The figures that bake_to_folder reports, and the figures in `delta_e`.
-_FIGURES = ("seconds", "check_seconds", "blender_bytes", "tiles", "resolution", "coherence_um")
+_FIGURES = ("seconds", "check_seconds", "blender_bytes", "tiles", "resolution", "coherence_um", "largest_albedo")
 _ERRORS = ("mean", "p95", "p99", "max", "pairs")
 
 
@@ -63,6 +63,7 @@ def bake_to_folder(
         "transforms": made.transforms,
         "precision": str(made.image.dtype),
         "coherence_um": provenance["coherence_um"],
+        "largest_albedo": made.table.largest_albedo,
         "levelling": told,
         "delta_e": made.delta_e,
         "shown": provenance["shown"],

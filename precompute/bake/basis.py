@@ -76,7 +76,7 @@ def learnt_basis(table: Table) -> tuple[np.ndarray, np.ndarray]:
 
 
 def comparison(table: Table, illuminant: str) -> Callable[[Table], tuple[Errors, float]]:
-    """Return a function that measures how much another table of the same surface differs, without an albedo bound.
+    """Return a function that measures how much another table of the same surface differs.
 
     It returns the errors at all values of w together, and the largest p99 at one w, exposed as a picture of this w
     alone. The values of w are equally spaced and include the ends of the range. Grazing light has a small w and few

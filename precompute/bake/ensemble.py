@@ -14,7 +14,6 @@ import numpy as np
 from ..base.failure import GratingError, Setting
 from ..base.progress import Progress, part_of, silent, span_of
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M
-from ..measure.errors import DELTA_E_OF_BOUND
 from ..optics.region import FARTHEST, W_MAX
 from ..spectra.fast import fast_series
 from ..spectra.resample import KERNEL_REACH
@@ -26,6 +25,7 @@ from ..table.tiling import BYTES_PER_TEXEL
 from .blur_levels import with_levels
 from .expected import tell
 from .kernel import kernel_for, too_fine
+from .largest_albedo import largest_albedo
 from .plan import Plan
 from .request import MODELS, BakeRequest
 from .resolution import (
@@ -47,10 +47,6 @@ from .wavelengths import wavelengths_of
 ANY = BakeRequest()
 # Bins are kept at least this far past |u| = 2, so that the kernel may still be widened.
 _REACH_MIN = 0.15
-# The dE00 that the albedo bound's table may cause at 1 % of directions, for a requested dE00 of 1 or more; for less, it
-# shrinks in proportion. Independent errors add as squares, so half of the request adds 12 %. The bound also conserves
-# energy, which a larger request must not relax.
-_OF_BOUND = 0.5
 # The allowed error of the series as a share of all light, for a dE00 of 1. In a dark bin it may be a larger share of
 # the bin's light. The eye sees errors a hundred times as large.
 _SERIES_TOLERANCE = 2e-4
@@ -80,7 +76,7 @@ def plan(
         fault = "only a scan of an area whose edges do not wrap has directions to spread"
         raise GratingError("", fault, ("leave ", Setting.SPREAD_DEG, " out"))
     delta_e, needs = request.delta_e, request.needs
-    asked_m, baked, plate_ior = request.coherence_length_m, request.matter.baked, request.matter.plate_ior
+    asked_m, plate_ior = request.coherence_length_m, request.matter.plate_ior
     sigma_b = kernel_for(reliefs, request)
     if asked_m is None:  # a kernel too narrow for a table of DEFAULT_BYTES need not be resolved
         sigma_b = max(sigma_b, TEXELS_MIN * texel_size(int(math.sqrt(DEFAULT_BYTES / BYTES_PER_TEXEL / 4))))
@@ -95,7 +91,7 @@ def plan(
     texels = min(finer * measured.texels_per_sigma(delta_e), TEXELS_MAX)
     resolution = resolution_for(sigma_b, texels)
     if asked_m is None:
-        finest = int(_finest(terms, texels, math.ceil(resolution / plate_ior), bound=baked) * plate_ior) // 2 * 2
+        finest = int(_finest(terms, texels, math.ceil(resolution / plate_ior)) * plate_ior) // 2 * 2
         if resolution > finest:
             resolution, sigma_b = finest, texels * texel_size(finest)
             lambdas = wavelengths_of(sigma_b, request)
@@ -104,17 +100,16 @@ def plan(
     texel = texel_size(resolution)
     v, u = (texel_middles(*side, texel) for side in (needs.region.v, needs.region.u))
     precision = np.float16 if measured.halves_do(terms, delta_e) else np.float32
-    return Plan(
-        ensemble, lambdas, sigma_b, texel, (v, u), terms, needs.w, precision, request.matter,
-        bound_tolerance=baked * _OF_BOUND * min(delta_e, 1) / DELTA_E_OF_BOUND,
-    )  # fmt: skip
+    matter = request.matter
+    albedo = largest_albedo(ensemble, matter, request.illuminant) if matter.baked else 1.0
+    return Plan(ensemble, lambdas, sigma_b, texel, (v, u), terms, needs.w, precision, matter, albedo)
 
 
-def _finest(terms: int, texels: float, wanted: int, *, bound: bool) -> int:
+def _finest(terms: int, texels: float, wanted: int) -> int:
     """The even number of texels a side, at least `wanted` if possible, of a whole table that fits DEFAULT_BYTES."""
 
     def fits(count: int) -> bool:
-        return blender_bytes(terms, (count, count), texels * texel_size(count), bound=bound) <= DEFAULT_BYTES
+        return blender_bytes(terms, (count, count), texels * texel_size(count)) <= DEFAULT_BYTES
 
     finest = min(RESOLUTION_MAX, int(math.sqrt(DEFAULT_BYTES / (BYTES_PER_TEXEL * terms))) // 2 * 2)
     wanted += wanted % 2
@@ -130,7 +125,7 @@ def _spectra(
 ) -> tuple[SpectrumSeries, ...]:
     """The series of each relief, for the requested region and for kernels of sigma_b and wider."""
     needs = request.needs
-    # The albedo bound sums the light in all directions, whatever the scene needs.
+    # The largest albedo is that of the light in all directions, whatever the scene needs.
     farthest, greatest_w = (FARTHEST, W_MAX) if request.matter.baked else (needs.region.reach, needs.w[1])
     if request.spread_deg is not None:
         farthest = min(math.sqrt(2) * farthest, FARTHEST)  # the rings through the region's corners
@@ -170,5 +165,6 @@ def bake(
 
 
 def sample_set(chosen: Plan) -> SampleSet:
-    """The sample set that belongs to the table."""
-    return make_sample_set(chosen.ensemble, chosen.sigma_b)
+    """The sample set that belongs to the table, over the largest albedo too."""
+    drawn = make_sample_set(chosen.ensemble, chosen.sigma_b)
+    return replace(drawn, pieces=drawn.pieces / np.float32(chosen.largest_albedo))

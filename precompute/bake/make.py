@@ -26,7 +26,6 @@ from ..table.tiling import BYTES_PER_TEXEL
 from .basis import comparison, with_learnt_basis
 from .blur_levels import with_levels
 from .coherence_models import COHERENCE_MODELS
-from .kernel import SHORTEST_COHERENCE_M
 from .request import BakeRequest
 from .resolution import blender_bytes
 from .wide_check import Wide, wide_errors
@@ -112,11 +111,6 @@ def make(
     if excess > 1:
         # A smaller error only changes terms, texels, wavelengths and transforms. Other errors stay and are measured.
         stricter = replace(request, delta_e=request.delta_e / (_MARGIN * excess))
-        if request.coherence_length_m is None and made.table.holds_reflectance:
-            # Where an order crosses the horizon, the albedo bound bends within the kernel's width. The bound's table
-            # has a largest size, so only a wider kernel helps.
-            length_m = max(made.table.coherence_length_m / 2, SHORTEST_COHERENCE_M)
-            stricter = replace(stricter, coherence_length_m=length_m)
         again = _attempt(reliefs, stricter, span_of(progress, _FIRST, 1), source)
         again = _with_time_of(again, made)
         made = again if _excess(again.errors, request.delta_e) < excess else made
@@ -159,9 +153,7 @@ def _attempt(reliefs: Sequence[Relief], request: BakeRequest, progress: Progress
         raise error.within(source) from error
     rows, columns = map(len, chosen.axes)
     triples = channel_count(request.illuminant) // 3
-    in_blender = blender_bytes(
-        chosen.terms, (rows, columns), chosen.sigma_b, bound=chosen.holds_reflectance, triples=triples
-    )
+    in_blender = blender_bytes(chosen.terms, (rows, columns), chosen.sigma_b, triples=triples)
     if in_blender > ATLAS_BYTES_MAX:
         raise GratingError(
             source,

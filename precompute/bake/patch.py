@@ -5,7 +5,7 @@ The table is of the same kind as the ensemble model's. The window has a fixed si
 so its kernel in (u, v) grows with the wavelength. The zero order interferes with the other light, so there is no
 product Z(w) kernel(u, v) to separate. Therefore Z is 0, and the table holds all of the light, divided by w^2. No
 polynomial follows this quotient down to w = 0, so the table begins at w = W_MIN. Below W_MIN the materials show black.
-The table has no albedo bound and no sample set: it serves lamps only.
+The table has no sample set: it serves lamps only.
 
 The power spectrum |P|^2 is computed on a grid of frequencies 1.5 times as fine as the window's speckle. Between the
 grid's points it is read as by a non-uniform Fourier transform (A. Dutt and V. Rokhlin, Fast Fourier transforms for

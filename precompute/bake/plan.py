@@ -29,8 +29,7 @@ class Plan:
     w_range      the range of w
     precision    the kind of float that holds the terms well enough in a file
     matter       what the surface is made of; the table of a dielectric does not hold its reflectance
-    bound_tolerance  the relative error that the table of the albedo bound may have at 1 % of directions; 0 for a
-                     dielectric, which has no albedo bound"""
+    largest_albedo   the number, at least 1, by which the light is divided (largest_albedo.py)"""
 
     ensemble: tuple[SpectrumSeries, ...]
     wavelengths: np.ndarray
@@ -41,11 +40,11 @@ class Plan:
     w_range: tuple[float, float]
     precision: type[np.floating]
     matter: Matter = Matter(DIELECTRIC)
-    bound_tolerance: float = 0.0
+    largest_albedo: float = 1.0
 
     @property
     def holds_reflectance(self) -> bool:
-        """Whether the table holds its matter's reflectance, and an albedo bound."""
+        """Whether the table holds its matter's reflectance."""
         return self.matter.baked
 
     @property

@@ -6,7 +6,6 @@ import math
 import numpy as np
 
 from ..table import tiling
-from ..table.albedo_bound import BOUND_TEXELS
 from ..table.atlas import STRIP_ROWS
 from ..table.table import ZERO_ORDER_SAMPLES
 from ..table.tiling import BYTES_PER_TEXEL, TILE_PADDING
@@ -35,14 +34,14 @@ def resolution_for(sigma_b: float, texels_per_sigma: float) -> int:
     return max(RESOLUTION_MIN, count + count % 2)
 
 
-def blender_bytes(terms: int, tile: tuple[int, int], sigma_b: float, *, bound: bool = False, triples: int = 1) -> int:
-    """Bytes of a table's atlas in Blender, with an albedo bound or without. `tile` is rows and columns of a tile of
-    blur level 0, `triples` the number of channels over 3."""
+def blender_bytes(terms: int, tile: tuple[int, int], sigma_b: float, *, triples: int = 1) -> int:
+    """Bytes of a table's atlas in Blender. `tile` is rows and columns of a tile of blur level 0, `triples` the number
+    of channels over 3."""
     inner_rows, inner_columns = (n - 2 * TILE_PADDING for n in tile)
     rows, columns = tiling.cell_for(terms * triples, (inner_rows, inner_columns), sigma_b).size
     width_min = ZERO_ORDER_SAMPLES + 1
     down, across = tiling.grid(terms * triples, (rows, columns), width_min=width_min)
-    height = down * rows + STRIP_ROWS * triples + bound * BOUND_TEXELS[-1]
+    height = down * rows + STRIP_ROWS * triples
     return BYTES_PER_TEXEL * height * max(across * columns, width_min)
 
 

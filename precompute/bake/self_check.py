@@ -6,18 +6,14 @@ The bake has a series in s instead, made from a few transforms. So the error is 
 compared with exact transforms, at other values of s than its nodes. All other errors (of wavelengths, kernel, texels,
 terms and half floats) are measured by the error metric, against sums over the series' bins at each direction.
 
-The radiance of a metal or film is divided by an albedo bound, which is integrated at the directions of some of the
-pairs, with four times as many wavelengths as in the bake's table, and without reading a table.
-
 Lamps of other spectra than the bake's light are measured on the same sums. Their errors are stated, and limit nothing.
 
 make.py compares the errors with the requested dE00. The verb `check` measures the same errors independently
 (precompute/check).
 """
 
-import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -35,15 +31,12 @@ from ..spectra.fast import exact_error
 from ..spectra.series import SpectrumSeries
 from ..surface.relief import Relief
 from ..table.table import Table
-from .excess_albedo import excess_at
 from .plan import Plan
 
 # Number of values of w at which a bake is checked.
 GROUPS = 16
 # The least and the greatest number of direction pairs at each w. In between, about _BINS_SUMMED bins are summed per w.
 _PAIRS_MIN, _PAIRS_MAX, _BINS_SUMMED = 150, 300, 150_000
-# The least number of direction pairs at each w for an albedo bound; at most twice as many are used.
-_BOUND_PAIRS = 50
 # The dE00 per relative error of luminance, at Y = 1: the derivative of L* = 116 Y^(1/3) - 16 is 116 / 3.
 _DELTA_E_PER_UNIT = 116 / 3
 # The wavelengths' spacing under an illuminant of narrow bands: its error is half of that in the bake's own spacing.
@@ -58,7 +51,7 @@ _SERIES_PROBES = 2
 class Judge:
     """What a bake is judged by.
 
-    errors_of  a function that measures the errors of a plan's table, with an albedo bound and without
+    errors_of  a function that measures the errors of a plan's table
     lamps      the truths of each lamp, XYZ beside daylight as white; empty for a bake under another light than daylight
     holds_reflectance  whether table and truths hold the reflectance of their matter"""
 
@@ -67,8 +60,7 @@ class Judge:
     holds_reflectance: bool = False
 
     def errors_under_lamps(self, table: Table) -> dict[str, Errors]:
-        """The errors of a table's colours under each lamp, without an albedo bound, at the exposure with the largest
-        95th percentile."""
+        """The errors of a table's colours under each lamp, at the exposure with the largest 95th percentile."""
         first = next(iter(self.lamps.values()), [])
         answered = [(table.channels_over_w2(t.pairs.u, t.pairs.v, t.w), table.zero_order_xyz(t.w)) for t in first]
 
@@ -113,10 +105,6 @@ def judge(reliefs: Sequence[Relief], chosen: Plan, illuminant: str, *, progress:
             )
         )  # fmt: skip
     own, *of_lamps = (list(truths) for truths in zip(*found, strict=True))
-    bounded = []
-    if chosen.holds_reflectance:
-        some = [truth.only(slice(None, None, max(1, len(truth.pairs.wi) // _BOUND_PAIRS))) for truth in own]
-        bounded = _with_bound(chosen, some)
     s = rng.uniform(0.3, 1, _SERIES_PROBES) * chosen.ensemble[0].s_max
     scale = chosen.matter.plate_ior
     lacking = max(
@@ -125,34 +113,9 @@ def judge(reliefs: Sequence[Relief], chosen: Plan, illuminant: str, *, progress:
 
     def errors_of(table: Table) -> Errors:
         errors = measure(own, table.candidate, illuminant, holds_reflectance=chosen.holds_reflectance)
-        if bounded:
-            held = table.bound_of_pairs
-            with_bound = measure(bounded, table.candidate, illuminant, holds_reflectance=True, held_bound=held)
-            errors = errors.worse_of(with_bound)
         return errors.worse_by(_DELTA_E_PER_UNIT * lacking, lacking)
 
     return Judge(errors_of, dict(zip(lamps, of_lamps, strict=True)), chosen.holds_reflectance)
-
-
-def _with_bound(chosen: Plan, found: Sequence[Truth]) -> list[Truth]:
-    """Add the albedo bounds to the truths."""
-    directions = np.concatenate([way for truth in found for way in (truth.pairs.wi, truth.pairs.wr)])
-    bound = 1 + np.maximum(_excess(chosen, directions) / np.maximum(directions[:, 2], 1e-6), 0)
-    ends = np.cumsum([len(truth.pairs.wi) for truth in found for _ in range(2)])
-    bounds = np.split(bound, ends[:-1])
-    greater = (np.maximum(*of_pair) for of_pair in zip(bounds[::2], bounds[1::2], strict=True))
-    return [replace(truth, bound=one) for truth, one in zip(found, greater, strict=True)]
-
-
-def _excess(chosen: Plan, directions: np.ndarray) -> np.ndarray:
-    """The excess albedo (n,) at unit vectors (n, 3), arranged in an array so that neighbours are close."""
-    side = max(1, math.isqrt(len(directions)))
-    rows = np.array_split(np.argsort(directions[:, 1]), side)
-    order = np.concatenate([row[np.argsort(directions[row, 0])] for row in rows])
-    laid = np.append(order, order[-1:].repeat(-len(order) % side)).reshape(-1, side)
-    excess = np.empty(len(directions))
-    excess[laid] = excess_at(chosen.ensemble, chosen.sigma_b, directions[laid])
-    return excess
 
 
 def _affordable_pairs(chosen: Plan) -> int:
@@ -208,14 +171,14 @@ def _truths(
     chosen: Plan, pairs: Pairs, w: float, lights: Sequence[str], illuminant: str, progress: Progress
 ) -> list[Truth]:
     """The truth at the pairs under each light: scattered XYZ and the zero order's XYZ, as sums over the bins of the
-    scans' series, times the reflectance of a matter that the table holds."""
+    scans' series, times the reflectance of a matter that the table holds, over the largest albedo."""
     ensemble, sigma_b = chosen.ensemble, chosen.sigma_b
     lambdas = seen_wavelengths(wavelengths_for(sigma_b, illuminant), illuminant)
     reflectance = np.ones((len(lambdas), len(pairs.wi) + 1))
     if chosen.holds_reflectance:
         cosines = np.append(half_angle_cosine(pairs.wi, pairs.wr), w / 2)  # the zero order's is the last
         reflectance = chosen.matter.reflectance(lambdas, cosines)
-    weights = channel_weights(lambdas, JOINT.join(lights)) / len(ensemble)
+    weights = channel_weights(lambdas, JOINT.join(lights)) / (len(ensemble) * chosen.largest_albedo)
     scattered, zero_order = np.zeros((len(pairs.wi), weights.shape[1])), np.zeros(weights.shape[1])
     for n, series in enumerate(ensemble):
         density = density_at(series, pairs.u, pairs.v, w=w, lambdas=lambdas, sigma=sigma_b)

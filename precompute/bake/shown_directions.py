@@ -66,8 +66,8 @@ def under_lamp(
     disc = variance[lit] * (1 + wi[:, 2] ** 2) / 2
     slopes = ((wi + wr)[:, 2] * skin.roughness**2) ** 2 / 2
     reach = 2 * skin.period_scale * np.sqrt(disc + slopes)[:, None] * (1.0, 1.0, 0.0)
-    # A metal's factor without 1 / cos(tr), which the albedo bound counteracts where it is large. A dielectric's fades
-    # faster towards grazing, so its ranges hold more than its share.
+    # Stam's form without 1 / cos(tr). The materials' factors fade faster towards grazing, so their ranges hold more
+    # than their share.
     light = irradiance * (1 + dot(wi, wr)) ** 2 * fresnel_reflectance(half_angle_cosine(wi, wr), skin.ior)
     changes = np.full(len(wr), np.nan) if footprint is None else footprint[lit] * skin.period_scale
     return _within_limits(uvw - reach, uvw + reach, light, 2 * skin.period_scale * np.sqrt(disc), changes)

@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from ..base.progress import Progress, silent, span_of
+from ..base.progress import Progress, silent
 from ..colour.channels import channel_weights
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, seen_wavelengths
 from ..maths import chebyshev
@@ -20,7 +20,6 @@ from ..reflectance.curves import reflectance_at
 from ..spectra.resample import Resampler
 from ..table.table import ZERO_ORDER_SAMPLES, Table
 from .blur_levels import narrower
-from .excess_albedo import excess_table
 from .plan import Plan
 
 # Number of texels past |(u, v)| = 2 that are kept. A reading at |(u, v)| = 2 uses texels less than two texels away
@@ -30,45 +29,33 @@ _RIM = 3
 _WAVELENGTHS_AT_ONCE, _ROWS_AT_ONCE = 8, 16
 # Number of bins that are mixed at once, over several nodes: 32 MiB of floats.
 _BINS_AT_ONCE = 1 << 23
-# The share of the time for summing wavelengths, if the table has an albedo bound: 0.34 and 0.43 on the samples Elaphe
-# and Xenopeltis.
-_SUMMED = 0.4
 
 
 def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent) -> Table:
     """Make the table of a plan, without wider blur levels. `progress` is called with the share of the table."""
     sigma_table = narrower(chosen.sigma_b, chosen.texel)
     nodes = chebyshev.nodes(chosen.terms, *chosen.w_range)
-    summed = _SUMMED if chosen.holds_reflectance else 1.0
-    at_nodes = channels_over_w2(
-        chosen, nodes, sigma_table, illuminant=illuminant, progress=span_of(progress, 0, summed)
-    )
+    at_nodes = channels_over_w2(chosen, nodes, sigma_table, illuminant=illuminant, progress=progress)
     to_terms = chebyshev.coefficients_from_nodes(chosen.terms).astype(np.float32)
     terms = np.tensordot(to_terms, at_nodes, axes=1)
     v, u = chosen.axes
     terms[:, v[:, None] ** 2 + u**2 > (2 + _RIM * chosen.texel) ** 2] = 0
     zero_order = zero_order_curve(chosen, illuminant)
-    excess = None
-    if chosen.holds_reflectance:
-        bound_progress = span_of(progress, _SUMMED, 1)
-        excess = excess_table(
-            chosen.ensemble, chosen.sigma_b, tolerance=chosen.bound_tolerance, progress=bound_progress
-        )
     return Table(
-        terms, zero_order, chosen.sigma_b, chosen.texel, illuminant, excess, (v[0], u[0]),
-        chosen.w_range, chosen.precision, plate_ior=chosen.matter.plate_ior,
+        terms, zero_order, chosen.sigma_b, chosen.texel, illuminant, chosen.holds_reflectance, (v[0], u[0]),
+        chosen.w_range, chosen.precision, plate_ior=chosen.matter.plate_ior, largest_albedo=chosen.largest_albedo,
     )  # fmt: skip
 
 
 def zero_order_curve(chosen: Plan, illuminant: str) -> np.ndarray:
     """The channels of Z (n, channels), at equal steps of w from 0 to 2, times the reflectance of a matter that the
-    table holds."""
+    table holds, over the largest albedo."""
     lambdas = seen_wavelengths(np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, 401), illuminant)
     w = np.linspace(0, 2, ZERO_ORDER_SAMPLES)
     efficiency = sum(series.zero_order(w[:, None] / lambdas) for series in chosen.ensemble) / len(chosen.ensemble)
     if chosen.holds_reflectance:
         efficiency = efficiency * chosen.matter.reflectance(lambdas, w / 2).T
-    return efficiency @ channel_weights(lambdas, illuminant)
+    return efficiency @ channel_weights(lambdas, illuminant) / chosen.largest_albedo
 
 
 def channels_over_w2(
@@ -80,7 +67,8 @@ def channels_over_w2(
     `sigma` is the standard deviation of the sampled kernel. `progress` is called after each group of wavelengths."""
     v, u = chosen.axes
     lambdas = chosen.wavelengths
-    weights = (channel_weights(lambdas, illuminant) / len(chosen.ensemble)).astype(np.float32)
+    over = len(chosen.ensemble) * chosen.largest_albedo
+    weights = (channel_weights(lambdas, illuminant) / over).astype(np.float32)
     out = np.zeros((len(w_nodes), len(v), weights.shape[1], len(u)), np.float32)
     radius = 2 + _RIM * chosen.texel
     reflectance = reflectance_at(chosen.matter, lambdas, (u, v[:, None], w_nodes[:, None, None]))

@@ -63,7 +63,7 @@ def claims(table: Table, bake: Path) -> dict[str, float]:
 
 
 def of_lamps(table: Table, truths: Mapping[str, Sequence[Truth]], claimed: Mapping[str, float]) -> dict[str, Lamp]:
-    """The errors of a table's colours under each lamp, by the lamps' truths on the same pairs, without an albedo bound.
+    """The errors of a table's colours under each lamp, by the lamps' truths on the same pairs.
 
     Daylight is white, so that a lamp's own colour counts. The exposure is the one with the largest 95th percentile."""
     pairs = next(iter(truths.values()), ())

@@ -18,7 +18,7 @@ from ..reflectance.matter import DIELECTRIC, MIRRORING, Matter
 from ..reflectance.matter_text import parse
 from .level_places import Place, places_of
 
-FORMAT = 13
+FORMAT = 14
 # The inner texels of a tile hold the table. _RIM is the number of texels on each side of them for interpolation. _STRIP
 # is the number of rows of the zero order's strip for each three channels.
 _RIM, _STRIP = 2, 4
@@ -40,6 +40,7 @@ _REALS = {
     "w_min": (0.0, 2.0),
     "w_max": (0.0, 2.0),
     "plate_ior": (1.0, 3.0),
+    "largest_albedo": (1.0, 16.0),
 }
 # The limits of a material, as in the bake.
 _TERMS_MAX, _LEVELS_MAX = 96, 64
@@ -52,8 +53,7 @@ class Table:
     terms       (K, rows, columns, channels), terms of the channels over w^2; the first axis of a tile runs along +v,
                 the second along +u; the outer two texels on every side serve interpolation only
     zero_order  the zero order's channels (n, channels) at equal steps of w from 0 to 2
-    excess      (n, n), a metal's directional albedo times cos(t), less cos(t), of directions on a disc (albedo_bound);
-                empty for a dielectric
+    holds_reflectance  whether it holds its matter's reflectance
     first       (u, v) of the first texel's centre
     texel       distance of the texels in u and v
     w_range     range of w that the terms cover
@@ -65,12 +65,14 @@ class Table:
     offset      what, added to the variance of each level's kernel over the first's, makes all of them grow by `ratio`
     coarser     the factor by which the texels of the wider levels are larger than they would be for this ratio alone
 
+    The file's terms and zero order are divided by a largest albedo. Those of the table are multiplied by it again.
+
     Under a plate, u, v, w and sigma_b are those of the directions inside it.
     """
 
     terms: np.ndarray
     zero_order: np.ndarray
-    excess: np.ndarray
+    holds_reflectance: bool
     first: tuple[float, float]
     texel: float
     w_range: tuple[float, float]
@@ -82,11 +84,6 @@ class Table:
     ratio: float = 4.0
     offset: float = 0.0
     coarser: float = 1.0
-
-    @property
-    def holds_reflectance(self) -> bool:
-        """Whether the table holds its matter's reflectance, and an albedo bound."""
-        return self.excess.size > 0
 
     @property
     def matter(self) -> Matter:
@@ -164,23 +161,6 @@ class Table:
         """The table as a candidate of measure/errors.py."""
         return self.scattered_over_w2(u, v, w), self.zero_order_xyz(w)
 
-    def albedo_bound(self, directions: np.ndarray) -> np.ndarray:
-        """max(1, albedo) (n,) for unit vectors (n, 3), by cubic B-splines over the texels of `excess`.
-
-        A vector at t from the normal is at the distance sqrt(1 - sqrt(cos t)) from the disc's centre. The disc's radius
-        is 1, and it ends one texel before the picture's rim."""
-        cosine = np.clip(directions[:, 2], 1e-6, 1)
-        azimuth, radius = np.arctan2(directions[:, 1], directions[:, 0]), np.sqrt(1 - np.sqrt(cosine))
-        middle = (len(self.excess) - 1) / 2
-        x, y = (middle + (middle - 1) * radius * along(azimuth) for along in (np.cos, np.sin))
-        found = np.zeros(len(x))
-        last = len(self.excess) - 1
-        for row in (np.floor(y) + k for k in (-1, 0, 1, 2)):
-            for column in (np.floor(x) + k for k in (-1, 0, 1, 2)):
-                texels = self.excess[np.clip(row, 0, last).astype(int), np.clip(column, 0, last).astype(int)]
-                found += cubic_bspline(y - row) * cubic_bspline(x - column) * texels
-        return 1 + np.maximum(found, 0) / cosine
-
 
 def cubic_bspline(x: np.ndarray) -> np.ndarray:
     """The uniform cubic B-spline at x, from its truncated powers."""
@@ -216,8 +196,8 @@ def _fault_of_layout(layout: object, picture: Picture) -> str:
     for name in _COUNTS:
         if type(layout.get(name)) is not int or not 1 <= layout[name] <= max(picture.shape):
             return name
-    if type(layout.get("bound_texels")) is not int or layout["bound_texels"] not in (0, *range(4, max(picture.shape))):
-        return "bound_texels"
+    if type(layout.get("holds_reflectance")) is not bool:
+        return "holds_reflectance"
     for name, (low, high) in _REALS.items():
         if type(layout.get(name)) not in (int, float) or not low <= layout[name] <= high:
             return name
@@ -233,7 +213,7 @@ def _fault_of_layout(layout: object, picture: Picture) -> str:
         ("basis", _is_basis(layout.get("basis"), layout["terms"] * layout["polynomials"])),
         ("levels", layout["levels"] <= _LEVELS_MAX),
         ("cell_rows", layout["levels"] > _LEVELS_MAX or cell == _places(layout)[1]),
-        ("strip_rows", layout["strip_rows"] == layout["bound_texels"] + _STRIP * triples),
+        ("strip_rows", layout["strip_rows"] == _STRIP * triples),
         ("zero_order_samples", layout["zero_order_samples"] >= 2),
         ("inner_rows", all(2 <= n <= taken - 2 * _RIM for n, taken in zip(inner, cell, strict=True))),
         ("u_first", max(reach) <= 2 + layout["texel"]),
@@ -265,7 +245,7 @@ def _fault_of_provenance(record: dict[str, Any]) -> str:
     request = record.get("request")
     matter = request.get("matter", DIELECTRIC) if isinstance(request, dict) else DIELECTRIC
     layout = record["layout"]
-    if _held(matter) != (layout["bound_texels"] > 0, layout["plate_ior"]):
+    if _held(matter) != (layout["holds_reflectance"], layout["plate_ior"]):
         return "matter"
     if type(asked) not in (int, float) or not 0 < asked < 100:
         return "asked_delta_e"
@@ -300,11 +280,12 @@ def _table(image: np.ndarray, record: dict[str, Any]) -> Table:
             triple, k = divmod(cell, count)
             own = image[bottom : bottom + place.rows, left : left + place.columns]
             tiles[k, ..., 3 * triple : 3 * triple + 3] = own
-        levels.append(tiles * np.float32(layout["scale"]))
+        levels.append(tiles * np.float32(layout["scale"] * layout["largest_albedo"]))
     return Table(
         terms=levels[0],
-        zero_order=np.hstack([image[_STRIP * triple, :samples] for triple in range(triples)]).astype(float),
-        excess=image[_STRIP * triples : layout["strip_rows"], : layout["bound_texels"], 0].astype(float),
+        zero_order=np.hstack([image[_STRIP * triple, :samples] for triple in range(triples)]).astype(float)
+        * layout["largest_albedo"],
+        holds_reflectance=layout["holds_reflectance"],
         first=(layout["u_first"], layout["v_first"]),
         texel=layout["texel"],
         w_range=(layout["w_min"], layout["w_max"]),
@@ -327,6 +308,5 @@ def _places(layout: dict[str, Any]) -> tuple[list[Place], tuple[int, int]]:
 
 def _picture_size(layout: dict[str, Any]) -> tuple[int, int]:
     """Height and width of a picture with this layout: the strip, and above it a cell for each term."""
-    strip = layout["zero_order_samples"] + 1, layout["bound_texels"]
     height = layout["strip_rows"] + layout["rows"] * layout["cell_rows"]
-    return height, max(layout["columns"] * layout["cell_columns"], *strip)
+    return height, max(layout["columns"] * layout["cell_columns"], layout["zero_order_samples"] + 1)

@@ -9,7 +9,7 @@ tables, the mapping of colours into a renderer's space, and the levelled relief 
 import hashlib
 import time
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -20,14 +20,14 @@ from ..base.progress import Progress, part_of, silent
 from ..colour.illuminants import JOINT, first_of, has_bands, line_of
 from ..colour.observer import WAVELENGTH_MIN_M
 from ..measure.errors import RELATIVE_DY, Errors, Truth, measure
-from ..measure.pairs import Pairs, draw_w
+from ..measure.pairs import draw_w
 from ..measure.shown_colours import Shown, shown_against
 from ..optics.plate import least_cosine
 from ..surface.height_map import HeightMap
 from ..surface.relief import Relief, prepare
 from ..surface.steps.pipeline import DEFAULT, steps_of
 from ..surface.steps.step import Step
-from . import albedo, direct_sums
+from . import direct_sums
 from .direct_sums import Held, draw_pairs, scattered_xyz
 from .lamps import Lamp, claims, fault_of, of_lamps
 from .table_file import Table, read_table
@@ -36,8 +36,6 @@ from .zero_order import zero_order_budget, zero_order_off
 
 # Borders of the rings around the zero order, as distances sqrt(u^2 + v^2), for which errors are reported separately.
 RINGS = (0.0, 0.1, 0.5, 1.0, 2.0)
-# A metal's albedo bound is measured on every _BOUND_STRIDE-th pair.
-_BOUND_STRIDE = 16
 # Differs from the seed of the bake's own check, because a bake could be tuned to the directions of that check.
 _SEED = 1
 # The least wavelength step in metres: a fifth of the width of a gas discharge lamp's lines.
@@ -63,7 +61,7 @@ class Ring:
 class Verdict:
     """The result of a check.
 
-    errors             error metrics; of a metal, the larger of those with its albedo bound and without
+    errors             error metrics
     asked              dE00 that the bake must keep
     zero_order_dy      largest |dY| of the zero order, and error of its channels beyond XYZ (zero_order_off)
     zero_order_budget  the largest zero_order_dy that passes
@@ -163,8 +161,6 @@ def check(
     if not sum(len(t.scattered_xyz) for t in truth):
         raise GratingError(bake, f"none of {pairs} direction pairs lies in its region", "give more --pairs")
     errors = _measured(table, truth)
-    if table.holds_reflectance:
-        errors = errors.worse_of(_with_bound(table, reliefs, truth, progress))
     return Verdict(
         errors=errors,
         asked=asked,
@@ -271,27 +267,6 @@ def _draw_w(w_range: tuple[float, float], count: int, rng: np.random.Generator, 
 
 def _measured(table: Table, truth: list[Truth]) -> Errors:
     return measure(truth, table.candidate, table.illuminant, holds_reflectance=table.holds_reflectance)
-
-
-def _with_bound(table: Table, reliefs: Sequence[Relief], truth: list[Truth], progress: Progress) -> Errors:
-    """Measure a metal's errors with its albedo bound, on some of the pairs, because integrating the bound is slow."""
-    spectra = [
-        albedo.spectrum_of(relief, table.sigma_b, part_of(progress, "albedo", done=k, total=len(reliefs)))
-        for k, relief in enumerate(reliefs)
-    ]
-    part = [each.only(slice(None, None, _BOUND_STRIDE)) for each in truth]
-    ways = [way for each in part for way in (each.pairs.wi, each.pairs.wr)]
-    bound = albedo.albedo_bound(spectra, np.concatenate(ways), sigma_b=table.sigma_b)
-    bounds = np.split(bound, np.cumsum([len(way) for way in ways])[:-1])
-    bounded = [
-        replace(each, bound=np.maximum(*of_pair))
-        for each, of_pair in zip(part, zip(bounds[::2], bounds[1::2], strict=True), strict=True)
-    ]
-
-    def held(pairs: Pairs) -> np.ndarray:
-        return np.maximum(table.albedo_bound(pairs.wi), table.albedo_bound(pairs.wr))
-
-    return measure(bounded, table.candidate, table.illuminant, holds_reflectance=True, held_bound=held)
 
 
 def _rings(table: Table, truth: list[Truth]) -> list[Ring]:

@@ -174,9 +174,17 @@ def bake_summary(facts: Mapping[str, Any], illuminant: str) -> tuple[str, ...]:
         f"({de['pairs']} direction pairs)",
         *_of_large_lamps(de),
         *filter(None, [line_of_bake(de, illuminant), told(facts.get("shown", {}))]),
+        *_of_energy(facts["largest_albedo"]),
         *facts.get("levelling", ()),
         f"self-check {facts['check_seconds']:.1f} s",
     )
+
+
+def _of_energy(largest_albedo: float) -> tuple[str, ...]:
+    """The line on the number by which the light is divided, if it is not 1."""
+    if largest_albedo == 1:
+        return ()
+    return (f"light divided by {largest_albedo:.3f}, so that no direction sends back more light than arrives",)
 
 
 def _of_large_lamps(errors: Mapping[str, Any]) -> tuple[str, ...]:

@@ -5,8 +5,7 @@ A candidate is a bake or a method. A bake is measured against sums over its own 
 under the patch model against precompute/reference, and the verb `check` against direct sums (check/direct_sums.py).
 
 Colours are radiance under unit irradiance, with the BRDF's factor (optics/brdf.py). CIEDE2000 is computed at four
-exposures, and the worst counts. The zero order is measured separately. A metal's radiance is also measured after the
-division by the albedo bound.
+exposures, and the worst counts. The zero order is measured separately.
 """
 
 import math
@@ -22,9 +21,6 @@ from .pairs import Pairs
 # The share of the light, |dY| / Y, that may be wrong if a dE00 of 1 or less is asked for; for more, it grows in
 # proportion.
 RELATIVE_DY = 0.01
-# The dE00 caused by a relative error of the albedo bound, divided by this error, where it shows most, at Y = 1: the
-# derivative 116 / 3 of L*, over CIEDE2000's weight of lightness there.
-DELTA_E_OF_BOUND = 116 / 3 / 1.75
 EXPOSURE_PERCENTILES = (50, 90, 99, 99.9)
 # A pair counts at an exposure if the Y of the reference or of the candidate is in this range.
 COUNTED_Y = (0.002, 1.0)
@@ -34,8 +30,6 @@ _DARK_Y = 1e-15
 _CONFIDENCE = 2
 # candidate(u, v, w), with u and v (n,): its scattered XYZ over w^2 (n, 3), and its zero order's XYZ (3,).
 Candidate = Callable[[np.ndarray, np.ndarray, float], tuple[np.ndarray, np.ndarray]]
-# held_bound(pairs): a candidate's albedo bound (n,) at direction pairs.
-HeldBound = Callable[[Pairs], np.ndarray]
 # The fields of Errors that are differences of colour.
 _COLOUR = ("mean", "p95", "p99", "max", "p95_of_w", "p99_of_w")
 # The share of pairs above the 99th percentile.
@@ -116,12 +110,6 @@ class Errors:
         told = {**asdict(self), "p99_most": self.p99_most}
         return {name: value if math.isfinite(value) else None for name, value in told.items()}
 
-    def worse_of(self, other: "Errors") -> "Errors":
-        """Of two measurements, the one with the larger p99_most, with the larger error of the other figures."""
-        worse = max(self, other, key=lambda each: each.p99_most)
-        figures = ("relative_dy", "relative_rms", "zero_order_dy", "p95_of_w", "p99_of_w")
-        return replace(worse, **{name: max(getattr(self, name), getattr(other, name)) for name in figures})
-
     def worse_by(self, delta_e: float, relative: float) -> "Errors":
         """Add separately measured errors: delta_e to errors of colour, `relative` to relative errors of luminance."""
         colour = {name: getattr(self, name) + delta_e for name in _COLOUR}
@@ -131,20 +119,16 @@ class Errors:
 
 @dataclass(frozen=True)
 class Truth:
-    """The reference at one w: direction pairs, their scattered XYZ (n, 3), and the zero order's XYZ (3,).
-
-    `bound` (n,) is a metal's albedo bound, max(1, a(wi), a(wr)); None if unknown."""
+    """The reference at one w: direction pairs, their scattered XYZ (n, 3), and the zero order's XYZ (3,)."""
 
     w: float
     pairs: Pairs
     scattered_xyz: np.ndarray
     zero_order_xyz: np.ndarray
-    bound: np.ndarray | None = None
 
     def only(self, kept: np.ndarray | slice) -> "Truth":
         """The pairs that a mask, a list of indices or a slice keeps."""
-        bound = None if self.bound is None else self.bound[kept]
-        return Truth(self.w, self.pairs.only(kept), self.scattered_xyz[kept], self.zero_order_xyz, bound)
+        return Truth(self.w, self.pairs.only(kept), self.scattered_xyz[kept], self.zero_order_xyz)
 
 
 def measure(
@@ -153,24 +137,18 @@ def measure(
     illuminant: str = "D65",
     *,
     holds_reflectance: bool = False,
-    held_bound: HeldBound | None = None,
     worst_by: str = "p99",
 ) -> Errors:
-    """Measure a candidate against the truth. Both are of a dielectric, or hold the reflectance of their matter. With
-    `held_bound`, the radiance is divided by the albedo bound, which the truths then hold. `worst_by` names the figure
-    by which an exposure is the worst.
+    """Measure a candidate against the truth. Both are of a dielectric, or hold the reflectance of their matter.
+    `worst_by` names the figure by which an exposure is the worst.
 
     A candidate that returns NaN or infinity has infinite errors of colour."""
     references, answers, zero = [], [], []
     for t in truth:
         factor = t.pairs.radiance_factor(holds_reflectance=holds_reflectance)[:, None]
         scattered, zero_order = candidate(t.pairs.u, t.pairs.v, t.w)
-        true, found = factor * t.scattered_xyz / t.w**2, factor * scattered
-        if held_bound is not None:
-            assert t.bound is not None
-            true, found = true / t.bound[:, None], found / held_bound(t.pairs)[:, None]
-        references.append(true)
-        answers.append(found)
+        references.append(factor * t.scattered_xyz / t.w**2)
+        answers.append(factor * scattered)
         zero.append(abs(zero_order[1] - t.zero_order_xyz[1]))
     reference, answer = np.concatenate(references), np.concatenate(answers)
     drawn = np.concatenate([t.pairs.drawn for t in truth])

@@ -11,8 +11,6 @@ the bottom of the picture upward, the rows hold:
     STRIP_ROWS rows         the curve Z(w) in texels 0 to samples - 1, the same in each of these rows; the texel after
                             the last continues the line through the last two. With more channels than XYZ
                             (colour/channels.py), each three have STRIP_ROWS rows
-    bound_texels rows       for a metal, the excess albedo E (albedo_bound.py) in texels 0 to bound_texels - 1, the same
-                            in every channel; a dielectric has none of these rows
     above `strip_rows`      a cell for each term, with its tiles of every blur level (tiling.py); then the same for each
                             three further channels
 
@@ -30,7 +28,6 @@ from ..colour.channels import channel_count
 from ..colour.illuminants import is_illuminant
 from ..optics.plate import NO_PLATE, PLATE_IOR_MAX
 from ..optics.region import FARTHEST, Region
-from .albedo_bound import BOUND_TEXELS_MIN
 from .table import Table, past_end
 from .tiling import COARSER_MAX, LEVELS_MAX, PICTURE_SIDE_MAX, SPACINGS, TERMS_MAX, TILE_PADDING, Cell, Spacing, grid
 
@@ -45,6 +42,8 @@ _KERNELS = 8e-6, 1.0
 _SCALES = 1e-35, 1e15
 # The functions of w are at most 1 over their range, so the coefficients of their polynomials are at most 4 / pi.
 _COEFFICIENT_MAX = 1.5
+# The ratio form sends back at most 1.65 times the light on the steepest gratings that were tried (docs/theory.md).
+_ALBEDO_MAX = 16.0
 # The least width of a range of w.
 _W_WIDTH_MIN = 1e-3
 
@@ -61,7 +60,8 @@ class Layout:
     follow from level_ratio and level_offset, and whose texels are coarser by level_coarser. `texel` is the step of
     u and v per texel on level 0. Tiles are stored divided by `scale`. A term's function of w sums `polynomials`
     Chebyshev polynomials; `basis` holds the coefficients, term by term. Under a plate of the index plate_ior, which
-    else is 1, u, v and w are those of the directions inside."""
+    else is 1, u, v and w are those of the directions inside. `holds_reflectance` and `largest_albedo` are the
+    table's (table.py)."""
 
     terms: int
     polynomials: int
@@ -85,7 +85,8 @@ class Layout:
     sigma_b: float
     scale: float
     zero_order_samples: int
-    bound_texels: int
+    holds_reflectance: bool
+    largest_albedo: float
     plate_ior: float
     illuminant: str
 
@@ -102,7 +103,7 @@ class Layout:
     @property
     def width(self) -> int:
         """Columns of the picture."""
-        return max(self.columns * self.cell_columns, _strip_width(self.zero_order_samples, self.bound_texels))
+        return max(self.columns * self.cell_columns, self.zero_order_samples + 1)
 
     @property
     def height(self) -> int:
@@ -139,16 +140,6 @@ class Layout:
         return self.terms == self.polynomials and self.basis == np.eye(self.terms).ravel().tolist()
 
     @property
-    def holds_reflectance(self) -> bool:
-        """Whether the table holds its matter's reflectance, and an albedo bound."""
-        return self.bound_texels > 0
-
-    @property
-    def bound_block(self) -> tuple[slice, slice]:
-        """Rows and columns of the excess albedo, counted upward."""
-        return slice(self.curve_rows, self.strip_rows), slice(self.bound_texels)
-
-    @property
     def is_valid(self) -> bool:
         """Whether a bake can have this layout. Headers with other layouts are rejected.
 
@@ -169,8 +160,8 @@ class Layout:
             and len(self.basis) == self.terms * self.polynomials
             and all(type(each) in (int, float) and abs(each) <= _COEFFICIENT_MAX for each in self.basis)
             and (self.cell_rows, self.cell_columns) == self.cell.size
-            and (self.bound_texels == 0 or self.bound_texels >= BOUND_TEXELS_MIN)
-            and self.curve_rows + self.bound_texels == self.strip_rows
+            and self.curve_rows == self.strip_rows
+            and 1 <= self.largest_albedo <= (_ALBEDO_MAX if self.holds_reflectance else 1)
             and _KERNELS[0] <= self.sigma_b <= _KERNELS[1]
             and _SCALES[0] <= self.scale <= _SCALES[1]
             and 0 <= self.w_min <= self.w_max - _W_WIDTH_MIN
@@ -208,19 +199,11 @@ class Layout:
         return slice(y, y + rows + 2 * TILE_PADDING), slice(x, x + columns + 2 * TILE_PADDING)
 
 
-def _strip_width(zero_order_samples: int, bound_texels: int) -> int:
-    return max(zero_order_samples + 1, bound_texels)
-
-
-def _bound_texels(bake: Table) -> int:
-    return 0 if bake.excess_albedo is None else len(bake.excess_albedo)
-
-
 def layout_of(bake: Table) -> Layout:
     """The layout of a bake's atlas. Raises GratingError if the picture is too large for a graphics card."""
     terms, cell = len(bake.terms), bake.cell
     triples = channel_count(bake.illuminant) // 3
-    rows, columns = grid(terms * triples, cell.size, width_min=_strip_width(len(bake.zero_order), _bound_texels(bake)))
+    rows, columns = grid(terms * triples, cell.size, width_min=len(bake.zero_order) + 1)
     peak = max(*(float(np.abs(terms).max()) for terms in bake.levels), 1e-30)
     return Layout(
         terms=terms,
@@ -236,7 +219,7 @@ def layout_of(bake: Table) -> Layout:
         inner_columns=cell.inner[1],
         columns=columns,
         rows=rows,
-        strip_rows=STRIP_ROWS * triples + _bound_texels(bake),
+        strip_rows=STRIP_ROWS * triples,
         texel=bake.texel,
         u_first=float(bake.first[1]),
         v_first=float(bake.first[0]),
@@ -245,7 +228,8 @@ def layout_of(bake: Table) -> Layout:
         sigma_b=bake.sigma_b,
         scale=2.0 ** math.ceil(math.log2(peak / LARGEST_STORED)),
         zero_order_samples=len(bake.zero_order),
-        bound_texels=_bound_texels(bake),
+        holds_reflectance=bake.holds_reflectance,
+        largest_albedo=bake.largest_albedo,
         plate_ior=bake.plate_ior,
         illuminant=bake.illuminant,
     )
@@ -263,8 +247,6 @@ def pack(bake: Table) -> tuple[np.ndarray, Layout]:
         rows = slice(STRIP_ROWS * triple, STRIP_ROWS * (triple + 1))
         image[rows] = past_end(curve)
         image[rows, : len(curve)] = curve
-    if bake.excess_albedo is not None:
-        image[layout.bound_block] = half_above(bake.excess_albedo)[..., None]
     for level, terms in enumerate(bake.levels):
         for k, tile in enumerate(terms):
             for triple in range(layout.triples):
@@ -282,21 +264,16 @@ def unpack(image: np.ndarray, layout: Layout) -> Table:
     )
     curves = [image[STRIP_ROWS * triple, : layout.zero_order_samples] for triple in range(layout.triples)]
     zero_order = np.concatenate(curves, axis=-1).astype(np.float32)
-    excess = image[layout.bound_block][..., 0].astype(np.float32) if layout.holds_reflectance else None
     first, w_range = (layout.v_first, layout.u_first), (layout.w_min, layout.w_max)
     return Table(
-        terms, zero_order, layout.sigma_b, layout.texel, layout.illuminant, excess, first, w_range, image.dtype.type,
+        terms, zero_order, layout.sigma_b, layout.texel, layout.illuminant, layout.holds_reflectance, first,
+        w_range, image.dtype.type,
         tuple(wider), layout.spacing, layout.level_coarser,
         np.reshape(layout.basis, (layout.terms, layout.polynomials)).astype(float), layout.plate_ior,
+        layout.largest_albedo,
     )  # fmt: skip
 
 
 def _channels(image: np.ndarray, layout: Layout, term: int, level: int) -> np.ndarray:
     """All channels (rows, columns, channels) of a term's tile."""
     return np.concatenate([image[layout.tile_block(term, level, k)] for k in range(layout.triples)], axis=-1)
-
-
-def half_above(values: np.ndarray) -> np.ndarray:
-    """The smallest half floats that are not below the values: a bound must not be rounded down."""
-    half = values.astype(np.float16)
-    return np.where(half < values, np.nextafter(half, np.float16(np.inf)), half)

@@ -57,10 +57,9 @@ def reflected_xyz(
     Q is the small slope reflectance (optics/small_slope.py), R the Fresnel reflectance at the half angle, S the table's
     scattered XYZ over w^2, 0 outside the table, and Z the colour of its zero order. The kernel is that of a lamp's
     image in a mirror (optics/mirror_image.py). p is the period scale and c the height scale. A table that holds its
-    matter's reflectance has (1 + wi.wr)^2 / cos(tr) in place of 4 cos(ti)^2 cos(tr) Q, and 1 in place of R; the albedo
-    bound divides all of it. `stam` asks for Stam's form (Stam 1999, equation 5), without the bound. Under a plate, the
-    scattered light has the directions inside, and is multiplied by plate_factor (optics/plate.py). The disc's variance
-    is then divided by the square of the plate's index."""
+    matter's reflectance has Q / R at RATIO_IOR (optics/brdf.py) in place of Q, and 1 in place of R. `stam` asks for
+    Stam's form (Stam 1999, equation 5). Under a plate, the scattered light has the directions inside, and is multiplied
+    by plate_factor (optics/plate.py). The disc's variance is then divided by the square of the plate's index."""
     kernel = mirror_kernel(wi, wr, variance=variance, roughness=skin.roughness)
     near = np.flatnonzero(kernel)
     lamp = np.broadcast_to(wi, wr.shape)
@@ -79,7 +78,7 @@ def reflected_xyz(
     inside = ((p * u) ** 2 + (p * v) ** 2 < (2 / plate_ior) ** 2) & table.holds(p * u, p * v, c * w)
     xyz = inside[:, None] * table.scattered_over_w2(p * u, p * v, c * w, variance=blur * p**2)
     xyz *= (scattering_factor(wi, wr, ior, stam=stam) * (p * c) ** 2)[:, None]
-    xyz = passed * (xyz if stam else xyz / np.reshape(table.bound_of(wi, wr), (-1, 1)))
+    xyz = passed * xyz
     xyz[near] += mirrored
     return xyz
 
@@ -88,15 +87,13 @@ def zero_order_reflectance(
     table: Table, wi: np.ndarray, wr: np.ndarray, *, skin: Skin = AS_BAKED, stam: bool = False
 ) -> np.ndarray:
     """What the mirror image reflects, in XYZ (n, 3), for unit vectors wi and wr (n, 3) to the lamp and to the viewer:
-    R Z of reflected_xyz, over the albedo bound, times what a plate's front face lets through."""
+    R Z of reflected_xyz, times what a plate's front face lets through."""
     passed = passed_by_plate(wi, wr, table.plate_ior)
     if table.plate_ior != NO_PLATE:
         wi, wr = inside_plate(wi, table.plate_ior), inside_plate(wr, table.plate_ior)
     if not table.holds_reflectance:
         ior = skin.ior if stam else min(skin.ior, IOR_MAX)
         passed = passed * fresnel_reflectance(half_angle_cosine(wi, wr), ior)
-    elif not stam:
-        passed = passed / table.bound_of(wi, wr)
     return passed[:, None] * table.zero_order_xyz(skin.height_scale * (wi + wr)[:, 2])
 
 

@@ -17,7 +17,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import islice
-from typing import Protocol
 
 import numpy as np
 
@@ -26,7 +25,6 @@ from ..maths import bspline, chebyshev
 from ..optics.coherence import coherence_length
 from ..optics.plate import NO_PLATE
 from ..optics.region import Region
-from .albedo_bound import albedo_bound
 from .tiling import TILE_PADDING, Cell, Spacing
 
 # Number of samples of Z(w). Reading by B-splines is then off by half a step of a half float for a relief of 2 um.
@@ -36,16 +34,6 @@ _ROUNDING = 1e-9
 # Number of places read at once, whose indices and weights fit into a core's cache.
 _READ_AT_ONCE = 4096
 _Number = np.ndarray | float
-
-
-class _Pairs(Protocol):
-    """The part of Pairs (measure/pairs.py) that a table needs."""
-
-    @property
-    def wi(self) -> np.ndarray: ...
-
-    @property
-    def wr(self) -> np.ndarray: ...
 
 
 @dataclass(frozen=True)
@@ -58,8 +46,7 @@ class Table:
     sigma_b        the standard deviation of the coherence kernel in (u, v)
     texel          the step of u and v per texel
     illuminant     what counts as white
-    excess_albedo  (rows, columns) float32, which gives the albedo bound of a metal (albedo_bound.py); None for a
-                   dielectric
+    holds_reflectance  whether the table holds its matter's reflectance; a dielectric's does not
     first          (v, u) at the centre of texel (0, 0); by default the tile's centre is at (v, u) = (0, 0)
     w_range        the range of w that t runs over
     precision      the kind of float that holds the terms well enough in a file
@@ -69,6 +56,8 @@ class Table:
     basis          (K, J), the functions f_k as coefficients of T_0 to T_(J-1); None: f_k is T_k
     plate_ior      the index of a plate over the relief, or 1. u, v, w and sigma_b are then those of the directions
                    inside the plate (optics/plate.py)
+    largest_albedo the largest share of luminance that the surface would send back, at least 1. Terms and zero order
+                   are divided by it (bake/largest_albedo.py)
     """
 
     terms: np.ndarray
@@ -76,7 +65,7 @@ class Table:
     sigma_b: float
     texel: float
     illuminant: str
-    excess_albedo: np.ndarray | None = None
+    holds_reflectance: bool = False
     first: tuple[float, float] = None  # type: ignore[assignment]  # __post_init__ fills it in
     w_range: tuple[float, float] = (0.0, 2.0)
     precision: type[np.floating] = np.float16
@@ -85,6 +74,7 @@ class Table:
     coarser: float = 1.0
     basis: np.ndarray = None  # type: ignore[assignment]  # __post_init__ fills it in
     plate_ior: float = NO_PLATE
+    largest_albedo: float = 1.0
 
     def __post_init__(self) -> None:
         if self.basis is None:
@@ -221,22 +211,6 @@ class Table:
     def kernel_variance(self) -> float:
         """The variance in rad2 of the coherence kernel above a plate. A lamp's disc of this variance adds no blur."""
         return (self.sigma_b * self.plate_ior) ** 2
-
-    @property
-    def holds_reflectance(self) -> bool:
-        """Whether the table holds its matter's reflectance, and an albedo bound."""
-        return self.excess_albedo is not None
-
-    def bound_of(self, wi: np.ndarray, wr: np.ndarray) -> np.ndarray | float:
-        """The albedo bound (...,) for unit vectors (..., 3) to the light and to the viewer: the larger of both; 1 for a
-        dielectric."""
-        if self.excess_albedo is None:
-            return 1.0
-        return np.maximum(albedo_bound(self.excess_albedo, wi), albedo_bound(self.excess_albedo, wr))
-
-    def bound_of_pairs(self, pairs: _Pairs) -> np.ndarray:
-        """The albedo bound (n,) at direction pairs (measure/pairs.py)."""
-        return np.broadcast_to(self.bound_of(pairs.wi, pairs.wr), len(pairs.wi))
 
     def candidate(self, u: np.ndarray, v: np.ndarray, w: _Number) -> tuple[np.ndarray, np.ndarray]:
         """The bake as a candidate of measure/errors.py: scattered XYZ over w^2 (n, 3), and the zero order's XYZ."""

@@ -26,15 +26,11 @@ A bake with more channels than XYZ has one more input, Spectrum: the lamp's row 
 
 This is f * E * cos(ti) of a dielectric (docs/theory.md); the w^2 of its factor cancels the table's. Q is the small
 slope reflectance (small_slope_nodes.py), R Fresnel's. The table of a metal or a film holds its reflectance. It has
-(1 + wi.wr)^2 / cos(tr) in place of 4 cos(ti)^2 cos(tr) Q, 1 in place of R, and Lo is divided by the albedo bound
-
-    M = 1 + max(0, X(wi) / cos(ti), X(wr) / cos(tr)),
-
-where X is the excess albedo of the relief as baked (precompute/table/albedo_bound.py). The f_k are functions of w,
-stored as sums of Chebyshev polynomials. The kernel is that of the lamp's image in a mirror
-(precompute/optics/mirror_image.py). Under a plate, the scattered light has the directions inside it, and is multiplied
-by T(ti) T(tr) cos(ti) / (n^2 cos(ti')) (precompute/optics/plate.py); the mirror image is multiplied by T(ti) T(tr). B_k
-are read at the blur levels (precompute/table/atlas.py) around the variance
+Q / R at RATIO_IOR (precompute/optics/brdf.py) in place of Q, and 1 in place of R. The f_k are functions of w, stored as
+sums of Chebyshev polynomials. The kernel is that of the lamp's image in a mirror (precompute/optics/mirror_image.py).
+Under a plate, the scattered light has the directions inside it, and is multiplied by T(ti) T(tr) cos(ti) / (n^2
+cos(ti')) (precompute/optics/plate.py); the mirror image is multiplied by T(ti) T(tr). B_k are read at the blur levels
+(precompute/table/atlas.py) around the variance
 
     sigma^2 = sigma_b^2 + max(0, Variance - sigma_b^2) (1 + cos(ti)^2) / 2 + (w r^2)^2 / 2
 
@@ -52,12 +48,12 @@ from ....precompute.table.atlas import Layout
 from ...nodes.arrange import arrange
 from ...nodes.builder import Tree, Value
 from ...nodes.interface import add_interface
-from ..atlas_nodes import AtlasTable, albedo_bound, excess_albedo, zero_order_at
+from ..atlas_nodes import AtlasTable, zero_order_at
 from ..gamut_nodes import shown_rgb
 from ..lamp_table_nodes import LampColours
 from ..plate_nodes import Plate
 from ..response import QUESTION, RADIANCES, SPECTRAL_RADIANCES, SPECTRUM, Response
-from ..small_slope_nodes import dielectric_ior, small_slope_reflectance
+from ..small_slope_nodes import dielectric_ior, small_slope_over_fresnel, small_slope_reflectance
 from ..tangent_space import Direction
 from .mirror_kernel_nodes import mirror_kernel
 
@@ -102,16 +98,14 @@ def build_direct_group(
 
     gain, reflectance = irradiance, None
     if layout.holds_reflectance:
-        excesses = (excess_albedo(tree, image, layout, way=way) for way in (light, view))
-        gain = irradiance * (1.0 / albedo_bound(tree, *excesses))
-        factor = half2 * half2 / tree.maximum(view.cosine, 1e-6) * 0.25
+        slopes = small_slope_over_fresnel(tree, light=light, view=view, one_plus=half2 * 0.5)
     else:
         ior = dielectric_ior(tree, ior)
         half = wi + wr
         mirror = tree.normalize(half) if plate.present else half * tree.math("INVERSE_SQRT", half2)
         reflectance = tree.fresnel(ior, mirror)
         slopes = small_slope_reflectance(tree, ior, light=light, view=view, one_plus=half2 * 0.5)
-        factor = tree.squared(light.cosine) * slopes * (view.cosine * 4.0)
+    factor = tree.squared(light.cosine) * slopes * (view.cosine * 4.0)
     image_of_lamp = mirror_kernel(
         tree, to_light, to_view, uv2=uv2 * layout.plate_ior**2 if plate.present else uv2, variance=disc,
         roughness=roughness,

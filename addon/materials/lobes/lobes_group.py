@@ -16,9 +16,9 @@ scattered light, if each draw has the colour
 
     C = D c^2 G W(q; c w / lambda) / lambda^2 rgb(u, v, w) / (X + Y + Z)(u, v, w)
 
-G is 4 cos(ti) cos(tr) Q for a dielectric, and R (1 + wi.wr)^2 / (cos(ti) cos(tr)) / M for a table that holds its
-matter's reflectance. R is this reflectance at the drawn wavelength and the half angle. The table's colour below has no
-brightness, so the table's own R does not count.
+G is 4 cos(ti) cos(tr) Q. For a table that holds its matter's reflectance, Q is multiplied by R / F: R is the matter's
+reflectance at the drawn wavelength and the half angle, F Fresnel's at RATIO_IOR, as is Q. The table's colour below has
+no brightness, so the table's own R does not count.
 The frequency q is drawn from the sample set (precompute/table/sample_set.py), which also gives its weight W. The
 wavelength lambda is drawn in proportion to the observer's X + Y + Z, whose integral is D
 (precompute/colour/drawn_wavelengths.py). They determine the direction wi: its tangential part is lambda q / p minus the
@@ -52,7 +52,7 @@ from ..atlas_nodes import AtlasTable
 from ..gamut_nodes import shown_rgb
 from ..lamp_table_nodes import LampColours
 from ..response import SPECTRAL_WORLD_ANSWER, SPECTRUM, WORLD_ANSWER, WORLD_QUESTION
-from ..small_slope_nodes import dielectric_ior, small_slope_reflectance
+from ..small_slope_nodes import dielectric_ior, small_slope_over_fresnel, small_slope_reflectance
 from ..tangent_space import Direction
 from .mirror_image import mirror_image
 from .random_draw import Draw, SampleSetNodes
@@ -102,8 +102,8 @@ def build_world_group(
         for q, each in zip(draw.q, moved, strict=True)
     )
     order = _Order.of(surface, across, along)
-    # The constant factors of all draws: D, the weights' scale, and the 4 of a dielectric.
-    scale = drawn_weight(layout.illuminant) * draws.layout.scale * (1.0 if layout.holds_reflectance else 4.0)
+    # The constant factors of all draws: D, the weights' scale, and the 4 of G.
+    scale = drawn_weight(layout.illuminant) * draws.layout.scale * 4.0
     table = _Looked(surface, scale, uv=(u, v), w=order.w)
     inverse = tree.math("DIVIDE", height_scale, draw.wavelength)
     gain = tree.squared(inverse) * draw.weight(order.w * inverse) * _gain(surface, order, draw)
@@ -200,14 +200,12 @@ class _Looked:
 
 
 def _gain(surface: SeenSurface, order: _Order, draw: Draw) -> Value:
-    """G for a drawn order, without the 4 of a dielectric, times what a plate's front face lets through."""
-    tree, light = surface.tree, order.inside
-    cosines = light.cosine * surface.cosine
+    """G for a drawn order, without its 4, times what a plate's front face lets through."""
+    tree, light, view = surface.tree, order.inside, surface.inside
     if surface.layout.holds_reflectance:
         # |wi + wr| / 2 is the cosine of the half angle.
         matter = draw.reflectance(tree.sqrt(order.half2 * 0.5))
-        gain = surface.over_bound(tree.math("DIVIDE", tree.squared(order.half2), cosines), light) * matter
+        gain = small_slope_over_fresnel(tree, light=light, view=view, one_plus=order.half2) * matter
     else:
-        view = surface.inside
-        gain = small_slope_reflectance(tree, surface.ior, light=light, view=view, one_plus=order.half2) * cosines
-    return surface.through_plate(gain * order.is_real, order.above, light)
+        gain = small_slope_reflectance(tree, surface.ior, light=light, view=view, one_plus=order.half2)
+    return surface.through_plate(gain * (light.cosine * surface.cosine) * order.is_real, order.above, light)

@@ -25,13 +25,13 @@ def mirror_image(
     colours = [shown_rgb(tree, rgb_from_xyz, channels[0])]
     if of_world is not None:
         colours.append(of_world.shown(channels))
-    share = _reflectance(surface, normal) * surface.is_seen
+    share = _reflected(surface, normal)
     return [tree.blend(share, 0.0, colour) for colour in colours]
 
 
-def _reflectance(surface: SeenSurface, normal: Value) -> Value:
-    """The reflectance without the zero order, along the mirror direction of the viewer."""
+def _reflected(surface: SeenSurface, normal: Value) -> Value:
+    """The reflected share without the zero order, along the mirror direction of the viewer; 0 if that is below."""
     if not surface.layout.holds_reflectance:
-        return surface.tree.fresnel(surface.ior, normal)
+        return surface.tree.fresnel(surface.ior, normal) * surface.is_seen
     above, inside = (Direction(way.x * -1.0, way.y * -1.0, way.cosine) for way in (surface.above, surface.inside))
-    return surface.through_plate(surface.over_bound(1.0, inside), above, inside)
+    return surface.through_plate(surface.is_seen, above, inside)

@@ -10,7 +10,6 @@ import bpy
 
 from ....precompute.table.atlas import Layout
 from ...nodes.builder import Tree, Value
-from ..atlas_nodes import albedo_bound, excess_albedo
 from ..plate_nodes import Plate
 from ..tangent_space import Direction
 
@@ -52,16 +51,6 @@ class SeenSurface:
     def is_seen(self) -> Value:
         """1 if the viewer is above the surface, else 0."""
         return self.tree.math("GREATER_THAN", self.above.cosine, 0.0)
-
-    @cached_property
-    def excess(self) -> Value:
-        """The excess albedo towards the viewer, over the cosine."""
-        return excess_albedo(self.tree, self.image, self.layout, way=self.inside)
-
-    def over_bound(self, light: Value | float, way: Direction) -> Value:
-        """Light from a direction inside, divided by the albedo bound."""
-        excess = excess_albedo(self.tree, self.image, self.layout, way=way)
-        return self.tree.math("DIVIDE", light, albedo_bound(self.tree, excess, self.excess))
 
     def through_plate(self, light: Value, above: Direction, inside: Direction) -> Value:
         """Light from a direction, times what the plate's front face lets through on the way in and out."""

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from ....precompute.base.exr import open_picture
+from ....precompute.optics.brdf import RATIO_IOR
 from ....precompute.optics.mirror_image import EDGE, ENDS, LEAST_Q, LEAST_VARIANCE
 from ....precompute.optics.small_slope import IOR_MAX
-from ....precompute.table.albedo_bound import bound_texel
 from ....precompute.table.atlas import STRIP_ROWS, Layout
 from ....precompute.table.tiling import TILE_PADDING
 from ..response import QUESTION, Response
@@ -59,12 +59,9 @@ def _constants(bake_path: Path, layout: Layout, rgb_from_xyz: np.ndarray) -> dic
         # The middle row of the strip; all its rows hold the same values.
         "ZERO_ORDER_Y": (STRIP_ROWS - 1) / 2,
         "ZERO_ORDER_SAMPLES": layout.zero_order_samples,
-        # The position of the normal in the table of the excess albedo, and the texel spacing.
-        "BOUND_X": (layout.bound_texels - 1) / 2,
-        "BOUND_Y": layout.curve_rows + (layout.bound_texels - 1) / 2,
-        "BOUND_TEXEL": bound_texel(layout.bound_texels) if layout.holds_reflectance else 1.0,
         "HOLDS_REFLECTANCE": int(layout.holds_reflectance),
         "IOR_MAX": IOR_MAX,
+        "RATIO_IOR": RATIO_IOR,
         "LEAST_VARIANCE": LEAST_VARIANCE,
         "EDGE": EDGE,
         "LEAST_Q": LEAST_Q,

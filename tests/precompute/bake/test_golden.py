@@ -48,9 +48,6 @@ def figures(name: str) -> dict[str, list[float]]:
     surface, matter = CASES[name]
     request = BakeRequest(delta_e=2.0, coherence_length_m=6e-6, matter=parse(matter))
     table = unpack(*pack(bake(prepare(surface()), request)))
-    bound = (
-        {"excess_albedo": [float(np.abs(table.excess_albedo.astype(float)).sum())]} if table.holds_reflectance else {}
-    )
     return {
         "shape": list(table.terms.shape),
         "levels": [len(table.levels)],
@@ -60,7 +57,7 @@ def figures(name: str) -> dict[str, list[float]]:
         "along_u": [_weighted(term, np.linspace(0, 1, term.shape[1])) for term in table.terms],
         "along_v": [_weighted(term, np.linspace(0, 1, len(term))[:, None]) for term in table.terms],
         "zero_order": table.zero_order[::64].astype(float).sum(axis=-1).tolist(),
-        **bound,
+        "largest_albedo": [table.largest_albedo],
     }
 
 

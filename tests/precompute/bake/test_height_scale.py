@@ -25,9 +25,9 @@ def light_at(scale, matter, *, stored):
     table = bake(prepare(HeightMap(heights, surface.pixel_size_m, "test", periodic=True)), request)
     wr, inside = view_hemisphere(40)
     skin = Skin() if stored else Skin(height_scale=scale)
-    views, variance = wr[inside], table.kernel_variance
+    views = wr[inside]
     return np.array([
-        reflected_xyz(table, light_from(np.radians(angle)), views, variance=variance, skin=skin)[:, 1].sum()
+        reflected_xyz(table, np.broadcast_to(light_from(np.radians(angle)), views.shape), views, skin=skin)[:, 1].sum()
         for angle in ANGLES_DEG
     ])  # fmt: skip
 
@@ -40,8 +40,9 @@ def test_of_a_dielectric_it_is_a_bake_of_the_shallower_relief(scale):
     np.testing.assert_allclose(ratio, 1, atol=2e-3)
 
 
-def test_of_a_metal_it_keeps_the_bound_as_baked():
-    """So the picture is too dark, most of all towards grazing light. It is never too bright, to the error of a sum."""
+def test_of_a_metal_it_keeps_the_largest_albedo_as_baked():
+    """So all directions are darker by one number, that of the shallower relief over that of the steeper one. The bakes'
+    colour error of 2 is about 2 % in Y for one direction in a hundred, and much less in a sum."""
     ratio = light_at(0.7, "aluminium", stored=False) / light_at(0.7, "aluminium", stored=True)
-    assert (ratio < 1.002).all() and (np.diff(ratio) < 0).all()
-    np.testing.assert_allclose(ratio, (0.92, 0.90, 0.81, 0.76), atol=0.01)
+    np.testing.assert_allclose(ratio, ratio.mean(), rtol=5e-3)
+    assert 0.8 < ratio.mean() < 1

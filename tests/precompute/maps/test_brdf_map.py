@@ -236,7 +236,7 @@ def test_a_map_of_a_bake_is_the_formula_of_the_materials(matter):
     lamp = {"irradiance": np.ones((1, 3)), "variance": table.kernel_variance}
     expected = lamp_radiance(table, np.broadcast_to(wi, views.shape), views, **lamp)
     found = shown_rgb(from_bake(table, 48, light_from(THETA))[inside], rgb_from_xyz())
-    # The albedo bound is in single precision.
+    # The table is in single precision.
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-7 * expected.max())
 
 

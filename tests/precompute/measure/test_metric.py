@@ -1,5 +1,4 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,10 +7,11 @@ from hypothesis import strategies as st
 
 from precompute.colour.difference import delta_e_2000, lab
 from precompute.colour.observer import white_xyz
-from precompute.measure.errors import COUNTED_Y, EXPOSURE_PERCENTILES, Errors, Truth, measure
+from precompute.measure.errors import COUNTED_Y, EXPOSURE_PERCENTILES, Truth, measure
 from precompute.measure.pairs import Pairs, draw_w
 from precompute.measure.truths import _drawn_bins, draw_pairs, exact_spectrum, truths
-from precompute.optics.fresnel import KERATIN_IOR
+from precompute.optics.brdf import RATIO_IOR
+from precompute.optics.fresnel import KERATIN_IOR, fresnel_reflectance
 from precompute.optics.small_slope import small_slope_reflectance
 from precompute.reference.ensemble_reference import reference_grid, reference_xyz
 from precompute.surface.height_map import HeightMap
@@ -293,40 +293,17 @@ def test_progress_runs_to_its_end():
 def test_the_radiance_factor_is_that_of_the_brdf():
     """f cos(ti) w^2 for a density of 1, by hand for light at 60 degrees and view along the normal.
 
-    A metal has O cos(ti) w^2, and the density holds R: wi.wr = 1/2, (3/2)^2 / 1. A dielectric has 4 cos(ti)^2
-    cos(tr) Q. Of a view along the normal the azimuth does not count, and Q is the mean over the polarisations of
-    (n - 1)^2 / (c + g)^2 and (n - 1)^2 g^2 / (n^2 c + g)^2, where c = cos(ti) and g = sqrt(n^2 - sin(ti)^2)."""
+    A dielectric has 4 cos(ti)^2 cos(tr) Q. A metal's density holds R, and its factor has Q over Fresnel's reflectance
+    at half of the angle. Of a view along the normal the azimuth does not count, and Q is the mean over the
+    polarisations of (n - 1)^2 / (c + g)^2 and (n - 1)^2 g^2 / (n^2 c + g)^2, where c = cos(ti) and
+    g = sqrt(n^2 - sin(ti)^2)."""
     pairs = Pairs(np.array([[np.sqrt(0.75), 0, 0.5]]), np.array([[0, 0, 1.0]]), np.array([False]))
-    assert pairs.radiance_factor(holds_reflectance=True)[0] == pytest.approx(2.25, rel=1e-12)
-    n, c, g = KERATIN_IOR, 0.5, np.sqrt(KERATIN_IOR**2 - 0.75)
-    q = (n - 1) ** 2 * ((c + g) ** -2 + (g / (n**2 * c + g)) ** 2) / 2
-    # The code holds the product of the squared sines at 1e-12 at least.
-    assert pairs.radiance_factor()[0] == pytest.approx(4 * c**2 * q, rel=1e-11)
-
-
-def test_a_metal_is_measured_after_its_bound(truth):
-    """With the right bound nothing is wrong. With none, light is wrong by the bound, and without the division right."""
-    bounded = [replace(t, bound=1 + 0.5 * t.pairs.wi[:, 0] ** 2) for t in truth]
-
-    def held(pairs):
-        return 1 + 0.5 * pairs.wi[:, 0] ** 2
-
-    right = measure(bounded, exact, holds_reflectance=True, held_bound=held)
-    assert right.max < 1e-10 and right.relative_dy < 1e-14
-    wrong = measure(bounded, exact, holds_reflectance=True, held_bound=lambda pairs: np.ones(len(pairs.wi)))
-    reference = np.concatenate([
-        t.pairs.radiance_factor(holds_reflectance=True) * t.scattered_xyz[:, 1] / t.w**2
-        for t in bounded
-    ])  # fmt: skip
-    shown = reference / np.concatenate([t.bound for t in bounded])
-    assert wrong.relative_dy == pytest.approx((reference - shown).sum() / shown.sum(), rel=1e-10)
-    assert wrong.p99 > FAILS
-    assert measure(bounded, exact, holds_reflectance=True).max < 1e-10
-
-
-def test_the_worse_of_two_has_the_larger_percentiles():
-    one, other = Errors(1, 2, 3, 7, 0.1, 0.4, 0.2, 100, 0.01), Errors(2, 4, 6, 6.5, 0.3, 0.2, 0.1, 50, 0.02)
-    assert one.worse_of(other) == other.worse_of(one) == Errors(2, 4, 6, 6.5, 0.3, 0.4, 0.2, 50, 0.02)
+    for n, metal in ((KERATIN_IOR, False), (RATIO_IOR, True)):
+        c, g = 0.5, np.sqrt(n**2 - 0.75)
+        q = (n - 1) ** 2 * ((c + g) ** -2 + (g / (n**2 * c + g)) ** 2) / 2
+        over = fresnel_reflectance(np.cos(np.radians(30)), n) if metal else 1
+        # The code holds the product of the squared sines at 1e-12 at least.
+        assert pairs.radiance_factor(holds_reflectance=metal)[0] == pytest.approx(4 * c**2 * q / over, rel=1e-11)
 
 
 def test_bins_are_drawn_as_from_one_sum_over_all():

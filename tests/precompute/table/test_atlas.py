@@ -184,30 +184,21 @@ def test_the_strip_goes_on_past_its_end():
     np.testing.assert_allclose(table.zero_order_xyz(2.0), [1 / 6, 4 / 6, 1 / 6] @ samples, atol=2.0**-10)
 
 
-def test_a_dielectric_has_no_rows_for_the_bound():
-    """Above the curve's rows the tiles begin, and the table that comes back has no bound."""
-    image, layout = atlas.pack(random_bake())
-    assert not layout.holds_reflectance and layout.bound_texels == 0 and layout.strip_rows == atlas.STRIP_ROWS
+@pytest.mark.parametrize("metal", [False, True])
+def test_above_the_curves_rows_the_tiles_begin(metal):
+    albedo = 1.25 if metal else 1.0
+    image, layout = atlas.pack(replace(random_bake(), holds_reflectance=metal, largest_albedo=albedo))
+    assert layout.strip_rows == atlas.STRIP_ROWS
     assert layout.is_valid and layout.tile_origin(0) == (0, atlas.STRIP_ROWS)
     assert layout.height == atlas.STRIP_ROWS + layout.rows * layout.cell_rows
     again = atlas.unpack(image, layout)
-    assert not again.holds_reflectance and again.excess_albedo is None
-    assert again.bound_of(np.array([0.6, 0, 0.8]), np.array([0, 0, 1.0])) == 1
+    assert (again.holds_reflectance, again.largest_albedo) == (metal, albedo)
 
 
-def test_the_bound_stands_above_the_curve():
-    excess = np.random.default_rng(0).normal(size=(9, 9)).astype(np.float16).astype(np.float32)
-    image, layout = atlas.pack(replace(random_bake(), excess_albedo=excess))
-    assert layout.holds_reflectance and layout.is_valid and layout.strip_rows == atlas.STRIP_ROWS + 9
-    np.testing.assert_array_equal(image[atlas.STRIP_ROWS : layout.strip_rows, :9, 1], excess)
-    np.testing.assert_array_equal(atlas.unpack(image, layout).excess_albedo, excess)
-
-
-@pytest.mark.parametrize("bound", [0, 9])
 @pytest.mark.parametrize(("illuminant", "triples"), [("D65+smooth", 2), ("D65+led", 3), ("D65+led+FL11", 4)])
-def test_all_channels_come_back(illuminant, triples, bound):
-    """Random half floats in every texel. Each three channels have rows of the strip, and then cells of all terms; the
-    bound's rows stand between. The scale is a power of two, which loses no digit."""
+def test_all_channels_come_back(illuminant, triples):
+    """Random half floats in every texel. Each three channels have rows of the strip, and then cells of all terms. The
+    scale is a power of two, which loses no digit."""
     rng, plain = np.random.default_rng(1), random_bake(levels=2)
 
     def halves(*shape):
@@ -216,16 +207,13 @@ def test_all_channels_come_back(illuminant, triples, bound):
     terms, wider = (halves(*tiles.shape[:3], 3 * triples) for tiles in plain.levels)
     table = replace(
         plain, terms=terms, wider=(wider,), zero_order=halves(20, 3 * triples), illuminant=illuminant,
-        excess_albedo=halves(bound, bound) if bound else None,
     )  # fmt: skip
     image, layout = atlas.pack(table)
     assert layout.is_valid and layout.triples == triples
-    assert layout.strip_rows == triples * atlas.STRIP_ROWS + bound and layout.holds_reflectance == (bound > 0)
+    assert layout.strip_rows == triples * atlas.STRIP_ROWS
     again = atlas.unpack(image, layout)
     for one, other in zip((*table.levels, table.zero_order), (*again.levels, again.zero_order), strict=True):
         np.testing.assert_array_equal(one, other)
-    if bound:
-        np.testing.assert_array_equal(again.excess_albedo, table.excess_albedo)
     # The first three channels of a term are in the cell that a table of XYZ alone has.
     (rows, columns), last = layout.tile_block(1, 0), layout.tile_block(1, 1, triples - 1)
     np.testing.assert_array_equal(image[rows, columns] * layout.scale, table.terms[1, ..., :3])
@@ -252,15 +240,13 @@ def test_cells_of_several_channels_do_not_overlap(illuminant):
     assert taken.max() == 1
 
 
-@pytest.mark.parametrize("bound", [0, 9])
-def test_strip_rows_are_those_of_the_channels(bound):
+def test_strip_rows_are_those_of_the_channels():
     """A header whose rows or cells are too few or too many for its channels is refused, and so is one of other
     channels than the picture's rows are for."""
     table = replace(random_bake(), terms=np.zeros((5, 12, 12, 6), np.float32), zero_order=np.zeros((20, 6)))
-    excess = np.zeros((bound, bound), np.float32) if bound else None
-    layout = atlas.layout_of(replace(table, illuminant="D65+smooth", excess_albedo=excess))
-    assert layout.is_valid and layout.strip_rows == 8 + bound
-    for rows in (0, 4 + bound, 7 + bound, 9 + bound, 12 + bound):
+    layout = atlas.layout_of(replace(table, illuminant="D65+smooth"))
+    assert layout.is_valid and layout.strip_rows == 8
+    for rows in (0, 4, 7, 9, 12):
         assert not replace(layout, strip_rows=rows).is_valid
     for other in ("D65", "D65+led", "D65+smooth+FL11", "D65+2700K+FL11", "smooth", "D65+smooth+smooth"):
         assert not replace(layout, illuminant=other).is_valid

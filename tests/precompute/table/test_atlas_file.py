@@ -38,22 +38,23 @@ def test_a_file_comes_back(written):
     np.testing.assert_array_equal(again.zero_order, expected.zero_order)
     assert {key: record[key] for key in PROVENANCE} == PROVENANCE
     assert record["format"] == atlas_file.FORMAT
-    # A dielectric has no bound.
     assert not read_header(path)[0].holds_reflectance and not again.holds_reflectance
     held = table_file.read_table(path)
-    assert not held.holds_reflectance and held.excess.size == 0
+    assert not held.holds_reflectance
     np.testing.assert_array_equal(held.terms, again.terms)
 
 
 def test_a_metal_comes_back(tmp_path):
-    excess = np.random.default_rng(0).random((9, 9)).astype(np.float16).astype(np.float32)
     path = tmp_path / "metal.exr"
     of_gold = PROVENANCE | {"request": {"matter": "gold"}}
-    atlas_file.write_together({path: atlas.pack(replace(random_bake(), excess_albedo=excess))}, of_gold)
+    atlas_file.write_together(
+        {path: atlas.pack(replace(random_bake(), holds_reflectance=True, largest_albedo=1.25))}, of_gold
+    )
     again, held = atlas_file.read(path)[0], table_file.read_table(path)
     assert read_header(path)[0].holds_reflectance and again.holds_reflectance and held.holds_reflectance
-    np.testing.assert_array_equal(again.excess_albedo, excess)
-    np.testing.assert_array_equal(held.excess, excess)
+    assert again.largest_albedo == 1.25
+    np.testing.assert_allclose(held.terms, 1.25 * again.terms, rtol=1e-6)
+    np.testing.assert_allclose(held.zero_order, 1.25 * again.zero_order, rtol=1e-6)
 
 
 def test_the_header_tells_the_layout_without_the_pixels(written):
@@ -173,8 +174,8 @@ def test_another_version_is_refused(tmp_path):
     {"terms": 10**4}, {"terms": 7}, {"terms": -1}, {"cell_rows": 13}, {"columns": 10**6}, {"rows": 1},
     {"w_max": 0.0}, {"u_first": 9.0}, {"strip_rows": 0}, {"zero_order_samples": 10**4}, {"cell_columns": "12"},
     {"cell_columns": 12.5}, {"scale": "big"}, {"texel": None}, {"levels": 2}, {"levels": 10**9},
-    {"inner_rows": 10**6}, {"inner_columns": 3}, {"bound_texels": 1}, {"bound_texels": 10**6},
-    {"bound_texels": 2, "strip_rows": 6}, {"bound_texels": -1, "strip_rows": 3},
+    {"inner_rows": 10**6}, {"inner_columns": 3}, {"holds_reflectance": 1}, {"strip_rows": 6},
+    {"largest_albedo": 0.9}, {"largest_albedo": 1.1}, {"holds_reflectance": True, "largest_albedo": 99.0},
     {"columns": 5, "rows": 1}, {"level_ratio": 3.0}, {"level_ratio": 0.0}, {"level_ratio": "4"},
     {"level_offset": 0.7}, {"level_offset": None}, {"level_coarser": 0.9}, {"level_coarser": 5.0},
     {"level_coarser": "1"},
@@ -182,7 +183,7 @@ def test_another_version_is_refused(tmp_path):
     {"illuminant": ["D65"]}, {"sigma_b": 0}, {"sigma_b": 1e-300}, {"sigma_b": 50}, {"sigma_b": float("nan")},
     {"scale": 1e300}, {"scale": 5e-324}, {"scale": True}, {"texel": 1e300}, {"texel": 1e-300}, {"texel": 10**400},
     {"u_first": -1.0}, {"v_first": 1.0}, {"u_first": {}}, {"w_min": 2, "w_max": 1}, {"w_min": 1.0, "w_max": 1.0},
-    {"w_max": 2.5}, {"bound_texels": 10**9, "strip_rows": 10**9 + 4}, {"rows": 10**15, "columns": 10**15},
+    {"w_max": 2.5}, {"strip_rows": 10**9 + 4}, {"rows": 10**15, "columns": 10**15},
     {"inner_rows": 2**53 - 1}, {"surplus": 1},
 ])  # fmt: skip
 def test_a_header_that_lies_about_its_picture_is_refused(tmp_path, lie):
