@@ -46,11 +46,9 @@ class Plate:
         """The squared cosine above the plate of light with a direction inside; below 0 for light that cannot leave."""
         return tree.squared(direction.cosine).times_plus(self.ior**2, 1 - self.ior**2)
 
-    def factor(self, tree: Tree, above: tuple[Direction, Direction], inside: tuple[Direction, Direction]) -> Value:
-        """plate_factor of the directions to the light and to the viewer, T(ti) T(tr) cos(ti) / (n^2 cos(ti'))."""
-        passed = [self.passed(tree, *of_way) for of_way in zip(above, inside, strict=True)]
-        narrowed = above[0].cosine / inside[0].cosine * self.ior**-2
-        return passed[0] * passed[1] * narrowed
+    def refracted(self, above: Direction, inside: Direction) -> Value:
+        """cos(ti) / (n^2 cos(ti')) of the direction to the light."""
+        return above.cosine / inside.cosine * self.ior**-2
 
     def passed(self, tree: Tree, above: Direction, inside: Direction) -> Value:
         """What the front face lets through, T, on the way between a direction above and the one inside."""

@@ -9,7 +9,7 @@ keeps f reciprocal, and its albedo is then at most a(wi) / max(1, a(wi)). The ta
 largest over all wavelengths, where A = a cos(t). So M = 1 + max(0, E(wi) / cos(ti), E(wr) / cos(tr)). E is smooth where
 it crosses 0, so it is clamped only when it is read. A mirror has no excess.
 
-table/albedo_bound.py maps directions to the table. A cubic reading at a texel gives the exact excess. Between texels,
+table/direction_disc.py maps directions to the table. A cubic reading at a texel gives the exact excess. Between texels,
 readings have an error of fourth order in the texels' distance, and of first order where the excess bends sharply:
 within a few sigma_b of where a wrapping surface's order reaches the horizon at the first or last wavelength.
 """
@@ -23,7 +23,8 @@ from ..base.progress import Progress, part_of, silent, span_of
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M
 from ..maths import bspline
 from ..spectra.series import SpectrumSeries
-from ..table.albedo_bound import BOUND_TEXELS, albedo_bound, place, texel_directions
+from ..table.albedo_bound import BOUND_TEXELS, albedo_bound
+from ..table.direction_disc import place, texel_directions
 from .directional_albedo import Orders, continuum_albedo, find_orders, orders_albedo, zero_order_albedo
 
 # Number of wavelengths, equally spaced in their logarithm. As the wavelength grows, an order crosses the horizon, and

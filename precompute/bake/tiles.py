@@ -22,6 +22,7 @@ from ..table.table import ZERO_ORDER_SAMPLES, Table
 from .blur_levels import narrower
 from .excess_albedo import excess_table
 from .plan import Plan
+from .trapped_light import plate_gains
 
 # Number of texels past |(u, v)| = 2 that are kept. A reading at |(u, v)| = 2 uses texels less than two texels away
 # along each axis, so less than 2.9 texels away in all.
@@ -54,9 +55,12 @@ def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent
         excess = excess_table(
             chosen.ensemble, chosen.sigma_b, tolerance=chosen.bound_tolerance, progress=bound_progress
         )
+    gains = None
+    if chosen.matter.has_plate:
+        gains = plate_gains(chosen.ensemble, chosen.sigma_b, matter=chosen.matter, illuminant=illuminant)
     return Table(
         terms, zero_order, chosen.sigma_b, chosen.texel, illuminant, excess, (v[0], u[0]),
-        chosen.w_range, chosen.precision, plate_ior=chosen.matter.plate_ior,
+        chosen.w_range, chosen.precision, plate_ior=chosen.matter.plate_ior, gains=gains,
     )  # fmt: skip
 
 

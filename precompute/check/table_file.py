@@ -41,6 +41,9 @@ _REALS = {
     "w_max": (0.0, 2.0),
     "plate_ior": (1.0, 3.0),
 }
+# Texels a side of each of a plate's gains, which the check does not measure: that of scattered light, and that of the
+# mirror image for each three channels.
+_GAINS = 48
 # The limits of a material, as in the bake.
 _TERMS_MAX, _LEVELS_MAX = 96, 64
 
@@ -233,7 +236,7 @@ def _fault_of_layout(layout: object, picture: Picture) -> str:
         ("basis", _is_basis(layout.get("basis"), layout["terms"] * layout["polynomials"])),
         ("levels", layout["levels"] <= _LEVELS_MAX),
         ("cell_rows", layout["levels"] > _LEVELS_MAX or cell == _places(layout)[1]),
-        ("strip_rows", layout["strip_rows"] == layout["bound_texels"] + _STRIP * triples),
+        ("strip_rows", layout["strip_rows"] == layout["bound_texels"] + _STRIP * triples + _gain_rows(layout)),
         ("zero_order_samples", layout["zero_order_samples"] >= 2),
         ("inner_rows", all(2 <= n <= taken - 2 * _RIM for n, taken in zip(inner, cell, strict=True))),
         ("u_first", max(reach) <= 2 + layout["texel"]),
@@ -247,6 +250,11 @@ def _fault_of_layout(layout: object, picture: Picture) -> str:
 def _triples(layout: dict[str, Any]) -> int:
     """The number of channels over 3: the number of strips, and of each term's cells."""
     return channel_count(layout["illuminant"]) // 3
+
+
+def _gain_rows(layout: dict[str, Any]) -> int:
+    """The rows of a plate's gains."""
+    return _GAINS if layout["plate_ior"] > 1 else 0
 
 
 def _is_basis(basis: object, count: int) -> bool:
@@ -304,7 +312,7 @@ def _table(image: np.ndarray, record: dict[str, Any]) -> Table:
     return Table(
         terms=levels[0],
         zero_order=np.hstack([image[_STRIP * triple, :samples] for triple in range(triples)]).astype(float),
-        excess=image[_STRIP * triples : layout["strip_rows"], : layout["bound_texels"], 0].astype(float),
+        excess=image[_STRIP * triples :, :, 0][: layout["bound_texels"], : layout["bound_texels"]].astype(float),
         first=(layout["u_first"], layout["v_first"]),
         texel=layout["texel"],
         w_range=(layout["w_min"], layout["w_max"]),
@@ -327,6 +335,7 @@ def _places(layout: dict[str, Any]) -> tuple[list[Place], tuple[int, int]]:
 
 def _picture_size(layout: dict[str, Any]) -> tuple[int, int]:
     """Height and width of a picture with this layout: the strip, and above it a cell for each term."""
-    strip = layout["zero_order_samples"] + 1, layout["bound_texels"]
+    gains = (1 + _triples(layout)) * _gain_rows(layout)
+    strip = layout["zero_order_samples"] + 1, layout["bound_texels"], gains
     height = layout["strip_rows"] + layout["rows"] * layout["cell_rows"]
     return height, max(layout["columns"] * layout["cell_columns"], *strip)

@@ -13,6 +13,9 @@ the bottom of the picture upward, the rows hold:
                             (colour/channels.py), each three have STRIP_ROWS rows
     bound_texels rows       for a metal, the excess albedo E (albedo_bound.py) in texels 0 to bound_texels - 1, the same
                             in every channel; a dielectric has none of these rows
+    gain_texels rows        for a relief under a plate, its gains (plate_gains.py), each in gain_texels columns: that of
+                            the scattered light, the same in every channel; then the mirror image's, for each three
+                            channels
     above `strip_rows`      a cell for each term, with its tiles of every blur level (tiling.py); then the same for each
                             three further channels
 
@@ -31,6 +34,7 @@ from ..colour.illuminants import is_illuminant
 from ..optics.plate import NO_PLATE, PLATE_IOR_MAX
 from ..optics.region import FARTHEST, Region
 from .albedo_bound import BOUND_TEXELS_MIN
+from .plate_gains import GAIN_TEXELS, PlateGains
 from .table import Table, past_end
 from .tiling import COARSER_MAX, LEVELS_MAX, PICTURE_SIDE_MAX, SPACINGS, TERMS_MAX, TILE_PADDING, Cell, Spacing, grid
 
@@ -102,7 +106,8 @@ class Layout:
     @property
     def width(self) -> int:
         """Columns of the picture."""
-        return max(self.columns * self.cell_columns, _strip_width(self.zero_order_samples, self.bound_texels))
+        gains = self.gain_block(self.triples)[1].stop
+        return max(self.columns * self.cell_columns, self.zero_order_samples + 1, self.bound_texels, gains)
 
     @property
     def height(self) -> int:
@@ -146,7 +151,18 @@ class Layout:
     @property
     def bound_block(self) -> tuple[slice, slice]:
         """Rows and columns of the excess albedo, counted upward."""
-        return slice(self.curve_rows, self.strip_rows), slice(self.bound_texels)
+        return slice(self.curve_rows, self.curve_rows + self.bound_texels), slice(0, self.bound_texels)
+
+    @property
+    def gain_texels(self) -> int:
+        """Rows and columns of each of a plate's gains; 0 without a plate."""
+        return _gain_texels(self.plate_ior)
+
+    def gain_block(self, which: int) -> tuple[slice, slice]:
+        """Rows and columns of a plate's gain, counted upward: 0 is that of the scattered light, the others that of the
+        mirror image's next three channels."""
+        first = which * self.gain_texels
+        return slice(self.strip_rows - self.gain_texels, self.strip_rows), slice(first, first + self.gain_texels)
 
     @property
     def is_valid(self) -> bool:
@@ -170,7 +186,7 @@ class Layout:
             and all(type(each) in (int, float) and abs(each) <= _COEFFICIENT_MAX for each in self.basis)
             and (self.cell_rows, self.cell_columns) == self.cell.size
             and (self.bound_texels == 0 or self.bound_texels >= BOUND_TEXELS_MIN)
-            and self.curve_rows + self.bound_texels == self.strip_rows
+            and self.curve_rows + self.bound_texels + self.gain_texels == self.strip_rows
             and _KERNELS[0] <= self.sigma_b <= _KERNELS[1]
             and _SCALES[0] <= self.scale <= _SCALES[1]
             and 0 <= self.w_min <= self.w_max - _W_WIDTH_MIN
@@ -208,8 +224,8 @@ class Layout:
         return slice(y, y + rows + 2 * TILE_PADDING), slice(x, x + columns + 2 * TILE_PADDING)
 
 
-def _strip_width(zero_order_samples: int, bound_texels: int) -> int:
-    return max(zero_order_samples + 1, bound_texels)
+def _gain_texels(plate_ior: float) -> int:
+    return 0 if plate_ior == NO_PLATE else GAIN_TEXELS
 
 
 def _bound_texels(bake: Table) -> int:
@@ -220,7 +236,9 @@ def layout_of(bake: Table) -> Layout:
     """The layout of a bake's atlas. Raises GratingError if the picture is too large for a graphics card."""
     terms, cell = len(bake.terms), bake.cell
     triples = channel_count(bake.illuminant) // 3
-    rows, columns = grid(terms * triples, cell.size, width_min=_strip_width(len(bake.zero_order), _bound_texels(bake)))
+    gain_texels = _gain_texels(bake.plate_ior)
+    width = max(len(bake.zero_order) + 1, _bound_texels(bake), (1 + triples) * gain_texels)
+    rows, columns = grid(terms * triples, cell.size, width_min=width)
     peak = max(*(float(np.abs(terms).max()) for terms in bake.levels), 1e-30)
     return Layout(
         terms=terms,
@@ -236,7 +254,7 @@ def layout_of(bake: Table) -> Layout:
         inner_columns=cell.inner[1],
         columns=columns,
         rows=rows,
-        strip_rows=STRIP_ROWS * triples + _bound_texels(bake),
+        strip_rows=STRIP_ROWS * triples + _bound_texels(bake) + gain_texels,
         texel=bake.texel,
         u_first=float(bake.first[1]),
         v_first=float(bake.first[0]),
@@ -265,6 +283,10 @@ def pack(bake: Table) -> tuple[np.ndarray, Layout]:
         image[rows, : len(curve)] = curve
     if bake.excess_albedo is not None:
         image[layout.bound_block] = half_above(bake.excess_albedo)[..., None]
+    if bake.gains is not None:
+        image[layout.gain_block(0)] = bake.gains.scattered[..., None]
+        for triple in range(layout.triples):
+            image[layout.gain_block(1 + triple)] = bake.gains.mirror[..., 3 * triple : 3 * triple + 3]
     for level, terms in enumerate(bake.levels):
         for k, tile in enumerate(terms):
             for triple in range(layout.triples):
@@ -283,11 +305,15 @@ def unpack(image: np.ndarray, layout: Layout) -> Table:
     curves = [image[STRIP_ROWS * triple, : layout.zero_order_samples] for triple in range(layout.triples)]
     zero_order = np.concatenate(curves, axis=-1).astype(np.float32)
     excess = image[layout.bound_block][..., 0].astype(np.float32) if layout.holds_reflectance else None
+    gains = None
+    if layout.gain_texels:
+        scattered, *mirror = (image[layout.gain_block(k)].astype(np.float32) for k in range(1 + layout.triples))
+        gains = PlateGains(scattered[..., 0], np.concatenate(mirror, axis=-1))
     first, w_range = (layout.v_first, layout.u_first), (layout.w_min, layout.w_max)
     return Table(
         terms, zero_order, layout.sigma_b, layout.texel, layout.illuminant, excess, first, w_range, image.dtype.type,
         tuple(wider), layout.spacing, layout.level_coarser,
-        np.reshape(layout.basis, (layout.terms, layout.polynomials)).astype(float), layout.plate_ior,
+        np.reshape(layout.basis, (layout.terms, layout.polynomials)).astype(float), layout.plate_ior, gains,
     )  # fmt: skip
 
 

@@ -12,7 +12,7 @@ from ..colour.gamut import shown_rgb
 from ..colour.working_space import rgb_from_xyz
 from ..optics.brdf import half_angle_cosine, scattering_factor
 from ..optics.fresnel import KERATIN_IOR, fresnel_reflectance
-from ..optics.plate import NO_PLATE, inside_plate, plate_factor
+from ..optics.plate import NO_PLATE, inside_plate, passed, refracted
 from ..optics.small_slope import IOR_MAX
 from .table import Table
 
@@ -59,12 +59,16 @@ def reflected_xyz(
     scattered XYZ over w^2, 0 outside the table, and Z the colour of its zero order. p is the period scale and c the
     height scale. A table that holds its matter's reflectance has (1 + wi.wr)^2 / cos(tr) in place of 4 cos(ti)^2
     cos(tr) Q, and 1 in place of R; the albedo bound divides all of it. `stam` asks for Stam's form (Stam 1999, equation
-    5), without the bound. Under a plate, the formula has the directions inside, and the result is multiplied by
-    plate_factor (optics/plate.py). The disc's variance is then divided by the square of the plate's index."""
+    5), without the bound and in a single pass through a plate. Under a plate, the formula has the directions inside,
+    and the result is multiplied by what the plate lets through and by its refraction (plate_gains.py, optics/plate.py).
+    The disc's variance is then divided by the square of the plate's index."""
     plate_ior = table.plate_ior
     shortened = (1 + wi[..., 2] ** 2) / 2
-    passed = np.reshape(plate_factor(wi, wr, plate_ior), (-1, 1))
+    above, gains = (wi, wr), None if stam else table.gains
+    refraction = through = np.ones((len(wr), 1))
     if plate_ior != NO_PLATE:
+        refraction = np.reshape(refracted(wi, plate_ior), (-1, 1))
+        through = np.reshape(passed(wi, wr, plate_ior), (-1, 1))
         wi, wr = inside_plate(wi, plate_ior), inside_plate(wr, plate_ior)
     holds = table.holds_reflectance
     ior = None if holds else skin.ior if stam else min(skin.ior, IOR_MAX)
@@ -76,12 +80,16 @@ def reflected_xyz(
     inside = ((p * u) ** 2 + (p * v) ** 2 < (2 / plate_ior) ** 2) & table.holds(p * u, p * v, c * w)
     xyz = inside[:, None] * table.scattered_over_w2(p * u, p * v, c * w, variance=blur * p**2)
     xyz *= (scattering_factor(wi, wr, ior, stam=stam) * (p * c) ** 2)[:, None]
+    xyz *= through if gains is None else gains.of_scattered(*above)[:, None]
     near = np.flatnonzero(u**2 + v**2 < _KERNEL_ENDS**2 * (table.sigma_b**2 + blur))
     mirrored = np.broadcast_to(cos_i, u.shape)[near] * table.kernel(u[near], v[near], blur[near])
     if ior is not None:
         mirrored *= fresnel_reflectance(half_angle_cosine(wi, wr), ior)[near]
-    xyz[near] += mirrored[:, None] * table.zero_order_xyz(c * w[near])
-    return passed * (xyz if stam else xyz / np.reshape(table.bound_of(wi, wr), (-1, 1)))
+    zero_order = through[near] * table.zero_order_xyz(c * w[near])
+    if gains is not None:
+        zero_order += gains.mirror_xyz(above[1][near])
+    xyz[near] += mirrored[:, None] * zero_order
+    return refraction * (xyz if stam else xyz / np.reshape(table.bound_of(wi, wr), (-1, 1)))
 
 
 def lamp_radiance(

@@ -27,6 +27,7 @@ from ..optics.coherence import coherence_length
 from ..optics.plate import NO_PLATE
 from ..optics.region import Region
 from .albedo_bound import albedo_bound
+from .plate_gains import PlateGains
 from .tiling import TILE_PADDING, Cell, Spacing
 
 # Number of samples of Z(w). Reading by B-splines is then off by half a step of a half float for a relief of 2 um.
@@ -69,6 +70,7 @@ class Table:
     basis          (K, J), the functions f_k as coefficients of T_0 to T_(J-1); None: f_k is T_k
     plate_ior      the index of a plate over the relief, or 1. u, v, w and sigma_b are then those of the directions
                    inside the plate (optics/plate.py)
+    gains          what the plate gives back of the light that it traps (plate_gains.py); None without a plate
     """
 
     terms: np.ndarray
@@ -85,6 +87,7 @@ class Table:
     coarser: float = 1.0
     basis: np.ndarray = None  # type: ignore[assignment]  # __post_init__ fills it in
     plate_ior: float = NO_PLATE
+    gains: PlateGains | None = None
 
     def __post_init__(self) -> None:
         if self.basis is None:
@@ -135,7 +138,9 @@ class Table:
         """The table of XYZ under a lamp. The lamp's matrix gives it from the channels (colour/channels.py)."""
         matrix = lamp_matrix(self.illuminant, lamp).T.astype(np.float32)
         own = (each @ matrix for each in self.levels)
-        return replace(self, terms=next(own), wider=tuple(own), zero_order=self.zero_order @ matrix, illuminant=lamp)
+        gains = None if self.gains is None else self.gains.under(matrix)
+        zero_order = self.zero_order @ matrix
+        return replace(self, terms=next(own), wider=tuple(own), zero_order=zero_order, illuminant=lamp, gains=gains)
 
     def scattered_over_w2(self, u: np.ndarray, v: np.ndarray, w: _Number, *, variance: _Number = 0.0) -> np.ndarray:
         """Scattered XYZ over w^2 (n, 3) at u and v (n,), as a renderer reads it: see channels_over_w2."""

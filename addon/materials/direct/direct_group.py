@@ -32,8 +32,9 @@ slope reflectance (small_slope_nodes.py), R Fresnel's. The table of a metal or a
 
 where X is the excess albedo of the relief as baked (precompute/table/albedo_bound.py). The f_k are functions of w,
 stored as sums of Chebyshev polynomials. Under a plate, the formula has the directions inside it, and the result is
-multiplied by T(ti) T(tr) cos(ti) / (n^2 cos(ti')) (precompute/optics/plate.py). B_k are read at the blur levels
-(precompute/table/atlas.py) around the variance
+multiplied by cos(ti) / (n^2 cos(ti')) (precompute/optics/plate.py), the sum over B_k by g(wi) g(wr), and Z(c w) becomes
+T(ti) T(tr) Z(c w) + X(wr), with the light that the plate gives back to the relief (precompute/table/plate_gains.py).
+B_k are read at the blur levels (precompute/table/atlas.py) around the variance
 
     sigma^2 = sigma_b^2 + max(0, Variance - sigma_b^2) (1 + cos(ti)^2) / 2 + (w r^2)^2 / 2
 
@@ -51,7 +52,7 @@ from ....precompute.table.atlas import Layout
 from ...nodes.arrange import arrange
 from ...nodes.builder import Tree, Value
 from ...nodes.interface import add_interface
-from ..atlas_nodes import AtlasTable, albedo_bound, excess_albedo, zero_order_at
+from ..atlas_nodes import AtlasTable, albedo_bound, excess_albedo, mirror_gain, scattered_gain, zero_order_at
 from ..gamut_nodes import shown_rgb
 from ..lamp_table_nodes import LampColours
 from ..plate_nodes import Plate
@@ -114,7 +115,10 @@ def build_direct_group(
         slopes = small_slope_reflectance(tree, ior, light=light, view=view, one_plus=half2 * 0.5)
         factor = tree.squared(light.cosine) * slopes * (view.cosine * 4.0)
     if plate.present:
-        gain = gain * plate.factor(tree, (to_light, to_view), (light, view))
+        gain = gain * plate.refracted(to_light, light)
+        for way in (to_light, to_view):
+            factor = tree.math("MULTIPLY", factor, scattered_gain(tree, image, layout, way=way))
+        passed = plate.passed(tree, to_light, light) * plate.passed(tree, to_view, view)
     scattered = factor * table.inside * (tree.squared(period_scale * height_scale) * layout.scale)
 
     variance = blur + layout.sigma_b**2
@@ -124,7 +128,11 @@ def build_direct_group(
     def channels(triple: int) -> list[Value]:
         """Three channels at each of the places, and of the mirror image."""
         scattered_light = [table.read(place, triple) for place in places if place is not None]
-        return [*scattered_light, zero_order_at(tree, image, layout, w=w * height_scale, triple=triple)]
+        zero_order = zero_order_at(tree, image, layout, w=w * height_scale, triple=triple)
+        if plate.present:
+            more = mirror_gain(tree, image, layout, way=to_view, triple=triple)
+            zero_order = zero_order.times_plus(passed, more)
+        return [*scattered_light, zero_order]
 
     factors = [gain * scattered] * sum(place is not None for place in places) + [gain * mirrored]
 

@@ -22,7 +22,7 @@ With Phi and phi of the normal distribution, and y = phi(x) / Phi(x), two fits r
 import numpy as np
 
 from ...nodes.builder import Tree, Value
-from ..atlas_nodes import zero_order_at
+from ..atlas_nodes import mirror_gain, zero_order_at
 from ..gamut_nodes import shown_rgb
 from ..lamp_table_nodes import LampColours
 from ..tangent_space import Direction
@@ -50,12 +50,19 @@ def mirror_image(
     w = tree.math("DIVIDE", other.times_plus(other_w, answer * w), total)
     triples = surface.layout.triples if of_world is not None else 1
     w = w * surface.height_scale
-    channels = [zero_order_at(tree, surface.image, surface.layout, w=w, triple=triple) for triple in range(triples)]
+    image, layout = surface.image, surface.layout
+    channels = [zero_order_at(tree, image, layout, w=w, triple=triple) for triple in range(triples)]
+    if surface.plate.present:
+        more = surface.over_bound(2.0, surface.inside)
+        gains = (mirror_gain(tree, image, layout, way=surface.above, triple=triple) for triple in range(triples))
+        channels = [colour * total + gain * more for colour, gain in zip(channels, gains, strict=True)]
     colours = [shown_rgb(tree, rgb_from_xyz, channels[0])]
     if of_world is not None:
         colours.append(of_world.shown(channels))
     half_share = _polynomial(cut, [0.5 * (power == 0) - 0.5 * each for power, each in enumerate(_LOST)])
-    share = total * half_share * surface.is_seen
+    share = half_share * surface.is_seen
+    if not surface.plate.present:
+        share = total * share
     return [tree.blend(share, 0.0, colour) for colour in colours]
 
 

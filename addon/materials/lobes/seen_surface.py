@@ -10,7 +10,7 @@ import bpy
 
 from ....precompute.table.atlas import Layout
 from ...nodes.builder import Tree, Value
-from ..atlas_nodes import albedo_bound, excess_albedo
+from ..atlas_nodes import albedo_bound, excess_albedo, scattered_gain
 from ..plate_nodes import Plate
 from ..tangent_space import Direction
 
@@ -68,8 +68,20 @@ class SeenSurface:
         excess = excess_albedo(self.tree, self.image, self.layout, way=way)
         return self.tree.math("DIVIDE", light, albedo_bound(self.tree, excess, self.excess))
 
+    @cached_property
+    def gain(self) -> Value:
+        """What of the scattered light leaves the plate towards the viewer."""
+        return scattered_gain(self.tree, self.image, self.layout, way=self.above)
+
+    def scattered_out(self, light: Value, above: Direction) -> Value:
+        """Scattered light from a direction, times what of it leaves the plate."""
+        if not self.plate.present:
+            return light
+        gain = scattered_gain(self.tree, self.image, self.layout, way=above)
+        return light * self.tree.math("MULTIPLY", gain, self.gain)
+
     def through_plate(self, light: Value, above: Direction, inside: Direction) -> Value:
-        """Light from a direction, times what the plate's front face lets through on the way in and out."""
+        """Mirrored light from a direction, times what the plate's front face lets through on the way in and out."""
         if not self.plate.present:
             return light
         passed = self.plate.passed(self.tree, self.above, self.inside)

@@ -12,8 +12,8 @@ import numpy as np
 
 from ....precompute.base.exr import open_picture
 from ....precompute.optics.small_slope import IOR_MAX
-from ....precompute.table.albedo_bound import bound_texel
 from ....precompute.table.atlas import STRIP_ROWS, Layout
+from ....precompute.table.direction_disc import disc_texel
 from ....precompute.table.tiling import TILE_PADDING
 from ..response import QUESTION, Response
 from .script import colours, file_name, joined, script_group
@@ -61,10 +61,15 @@ def _constants(bake_path: Path, layout: Layout, rgb_from_xyz: np.ndarray) -> dic
         # The position of the normal in the table of the excess albedo, and the texel spacing.
         "BOUND_X": (layout.bound_texels - 1) / 2,
         "BOUND_Y": layout.curve_rows + (layout.bound_texels - 1) / 2,
-        "BOUND_TEXEL": bound_texel(layout.bound_texels) if layout.holds_reflectance else 1.0,
+        "BOUND_TEXEL": disc_texel(layout.bound_texels) if layout.holds_reflectance else 1.0,
         "HOLDS_REFLECTANCE": int(layout.holds_reflectance),
         "IOR_MAX": IOR_MAX,
         "PLATE_IOR": layout.plate_ior,
+        # The positions of the normal in the tables of a plate's gains.
+        "GAIN_X": (layout.gain_texels - 1) / 2,
+        "GAIN_Y": layout.strip_rows - (layout.gain_texels + 1) / 2,
+        "GAIN_TEXELS": layout.gain_texels,
+        "GAIN_TEXEL": disc_texel(layout.gain_texels) if layout.gain_texels else 1.0,
         "FARTHEST2": layout.farthest**2,
         "RGB_COLUMNS": colours(np.transpose(rgb_from_xyz)),
         **_mark(bake_path),

@@ -26,7 +26,8 @@ from precompute.reflectance.matter import MIRROR, Matter
 from precompute.surface.relief import prepare
 from precompute.surface.samples.ruled_gratings import binary, blazed, flat, sinusoidal
 from precompute.table import atlas
-from precompute.table.albedo_bound import BOUND_TEXELS, albedo_bound, bound_texel, texel_directions
+from precompute.table.albedo_bound import BOUND_TEXELS, albedo_bound
+from precompute.table.direction_disc import disc_texel, texel_directions
 from precompute.table.radiance import reflected_xyz
 
 COHERENCE_M = 12e-6
@@ -138,7 +139,7 @@ def test_a_direction_is_read_at_its_place():
     texels lie beyond the rim of the disc."""
     directions, middle = texel_directions(8), 3.5
     row, column = np.mgrid[:8, :8] - middle
-    radius = np.hypot(row, column) * bound_texel(8)
+    radius = np.hypot(row, column) * disc_texel(8)
     near = radius < 1
     away = directions[..., 2] < 1
     azimuth = np.arctan2(directions[..., 1], directions[..., 0])
