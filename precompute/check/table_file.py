@@ -18,7 +18,7 @@ from ..reflectance.matter import DIELECTRIC, MIRRORING, Matter
 from ..reflectance.matter_text import parse
 from .level_places import Place, places_of
 
-FORMAT = 13
+FORMAT = 14
 # The inner texels of a tile hold the table. _RIM is the number of texels on each side of them for interpolation. _STRIP
 # is the number of rows of the zero order's strip for each three channels.
 _RIM, _STRIP = 2, 4

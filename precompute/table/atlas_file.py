@@ -25,7 +25,7 @@ from .atlas import Layout, unpack
 from .table import Table
 
 # The version of the files. A reader refuses all others.
-FORMAT = 13
+FORMAT = 14
 # The header's attribute that holds the record.
 HEADER_KEY = "natural_gratings"
 # The types of a record's optional values beside `format` and `layout` (bake/bake_folder.py).
