@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reading a bake's atlas (precompute/table/atlas.py) by nodes: the table and the zero order."""
+"""Reading a bake's atlas (precompute/table/atlas.py) by nodes: the table, the zero order, and the gains of a plate."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import bpy
 import numpy as np
 
 from ...precompute.table.atlas import STRIP_ROWS, Layout
+from ...precompute.table.direction_disc import disc_texel
 from ...precompute.table.tiling import COLUMNS_BESIDE, TILE_PADDING
 from ..nodes.builder import Operand, Tree, Value
 
@@ -208,3 +209,30 @@ def zero_order_at(tree: Tree, image: bpy.types.Image, layout: Layout, *, w: Valu
     x = w.times_plus(step / layout.width, 0.5 / layout.width)
     y = STRIP_ROWS * (triple + 0.5) / layout.height
     return tree.image(image, tree.vector(x, y, 0.0), _label("Z", "", triple))
+
+
+def scattered_gain(tree: Tree, image: bpy.types.Image, layout: Layout, *, way: Direction) -> Value:
+    """The gain g of scattered light for a direction above the plate (precompute/table/plate_gains.py), equal in all
+    channels."""
+    return _on_disc(tree, image, layout, way=way, block=layout.gain_block(0), label="Gain")
+
+
+def mirror_gain(tree: Tree, image: bpy.types.Image, layout: Layout, *, way: Direction, triple: int = 0) -> Value:
+    """What the zero order's colour has more under a plate than T(ti) T(tr) Z, towards a direction above it, in XYZ or
+    the next three channels."""
+    block = layout.gain_block(1 + triple)
+    return _on_disc(tree, image, layout, way=way, block=block, label=_label("Mirror Gain", "", triple))
+
+
+def _on_disc(
+    tree: Tree, image: bpy.types.Image, layout: Layout, *, way: Direction, block: tuple[slice, slice], label: str
+) -> Value:
+    """A table over a disc of directions (precompute/table/direction_disc.py), at a direction. `block` is its place."""
+    size = layout.width, layout.height
+    cosine = tree.maximum(way.cosine, 1e-6)
+    sum_ = tree.sqrt(cosine) + 1.0
+    along = tree.math("INVERSE_SQRT", cosine.times_plus(sum_, sum_))
+    rows, columns = block
+    middle = (columns.start + columns.stop) / 2, (rows.start + rows.stop) / 2
+    step = _over(1 / disc_texel(rows.stop - rows.start), size)
+    return tree.image(image, (way.vector * along).times_plus(step, _over(middle, size)), label=label)

@@ -46,8 +46,8 @@ class Plate:
         """The squared cosine above the plate of light with a direction inside; below 0 for light that cannot leave."""
         return tree.squared(direction.cosine).times_plus(self.ior**2, 1 - self.ior**2)
 
-    def narrowed(self, above: Direction, inside: Direction) -> Value:
-        """cos(ti) / (n^2 cos(ti')) of light: plate_factor without what the front face lets through."""
+    def refracted(self, above: Direction, inside: Direction) -> Value:
+        """cos(ti) / (n^2 cos(ti')) of the direction to the light."""
         return above.cosine / inside.cosine * self.ior**-2
 
     def passed(self, tree: Tree, above: Direction, inside: Direction) -> Value:

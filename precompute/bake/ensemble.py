@@ -101,7 +101,9 @@ def plan(
     v, u = (texel_middles(*side, texel) for side in (needs.region.v, needs.region.u))
     precision = np.float16 if measured.halves_do(terms, delta_e) else np.float32
     matter = request.matter
-    albedo = largest_albedo(ensemble, matter, request.illuminant) if matter.baked else 1.0
+    # A plate's gains send out as much as arrives (trapped_light.py).
+    divided = matter.baked and not matter.has_plate
+    albedo = largest_albedo(ensemble, matter, request.illuminant) if divided else 1.0
     return Plan(ensemble, lambdas, sigma_b, texel, (v, u), terms, needs.w, precision, matter, albedo)
 
 

@@ -18,7 +18,6 @@ import numpy as np
 from ..colour.channels import channel_weights
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, seen_wavelengths
 from ..optics.brdf import half_angle_cosine, scattering_factor
-from ..optics.plate import inside_plate
 from ..reflectance.matter import Matter
 from ..spectra.series import SpectrumSeries
 from ..table.sample_set import COEFFICIENTS, piece_and_powers
@@ -67,18 +66,17 @@ def largest_albedo(
         return float((weights * reflectance * scattering_factor(ways, wr, None)).sum() / (wi[2] * len(q)))
 
     found = 1.0
-    for cosine, ways in _lights(matter.plate_ior, finer):
+    for cosine, ways in _lights(finer):
         zero_order = np.mean([series.zero_order(2 * cosine / lambdas) for series in ensemble], axis=0)
         mirrored = float(luminance @ (zero_order * matter.reflectance(lambdas, np.array([cosine]))[:, 0]))
         found = max(found, mirrored + max(map(scattered, ways)))
     return found
 
 
-def _lights(plate_ior: float, finer: int) -> Iterator[tuple[float, np.ndarray]]:
-    """Directions of light inside a plate: the cosine of each ring, and its unit vectors (n, 3)."""
+def _lights(finer: int) -> Iterator[tuple[float, np.ndarray]]:
+    """Directions of light: the cosine of each ring, and its unit vectors (n, 3)."""
     steps = np.arange(finer * (len(_ANGLES_DEG) - 1) + 1) / finer
     azimuth = np.pi * np.arange(finer * _AZIMUTHS) / (finer * _AZIMUTHS)
     for theta in np.radians(np.interp(steps, np.arange(len(_ANGLES_DEG)), _ANGLES_DEG)):
         along = np.sin(theta) * np.stack([np.cos(azimuth), np.sin(azimuth)])
-        ways = inside_plate(np.stack([*along, np.full(len(azimuth), np.cos(theta))], axis=-1), plate_ior)
-        yield float(ways[0, 2]), ways
+        yield np.cos(theta), np.stack([*along, np.full(len(azimuth), np.cos(theta))], axis=-1)

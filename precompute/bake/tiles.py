@@ -21,6 +21,7 @@ from ..spectra.resample import Resampler
 from ..table.table import ZERO_ORDER_SAMPLES, Table
 from .blur_levels import narrower
 from .plan import Plan
+from .trapped_light import plate_gains
 
 # Number of texels past |(u, v)| = 2 that are kept. A reading at |(u, v)| = 2 uses texels less than two texels away
 # along each axis, so less than 2.9 texels away in all.
@@ -41,9 +42,13 @@ def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent
     v, u = chosen.axes
     terms[:, v[:, None] ** 2 + u**2 > (2 + _RIM * chosen.texel) ** 2] = 0
     zero_order = zero_order_curve(chosen, illuminant)
+    gains = None
+    if chosen.matter.has_plate:
+        gains = plate_gains(chosen.ensemble, chosen.sigma_b, matter=chosen.matter, illuminant=illuminant)
     return Table(
         terms, zero_order, chosen.sigma_b, chosen.texel, illuminant, chosen.holds_reflectance, (v[0], u[0]),
         chosen.w_range, chosen.precision, plate_ior=chosen.matter.plate_ior, largest_albedo=chosen.largest_albedo,
+        gains=gains,
     )  # fmt: skip
 
 

@@ -42,6 +42,9 @@ _REALS = {
     "plate_ior": (1.0, 3.0),
     "largest_albedo": (1.0, 16.0),
 }
+# Texels a side of each of a plate's gains, which the check does not measure: that of scattered light, and that of the
+# mirror image for each three channels.
+_GAINS = 48
 # The limits of a material, as in the bake.
 _TERMS_MAX, _LEVELS_MAX = 96, 64
 
@@ -213,7 +216,7 @@ def _fault_of_layout(layout: object, picture: Picture) -> str:
         ("basis", _is_basis(layout.get("basis"), layout["terms"] * layout["polynomials"])),
         ("levels", layout["levels"] <= _LEVELS_MAX),
         ("cell_rows", layout["levels"] > _LEVELS_MAX or cell == _places(layout)[1]),
-        ("strip_rows", layout["strip_rows"] == _STRIP * triples),
+        ("strip_rows", layout["strip_rows"] == _STRIP * triples + _gain_rows(layout)),
         ("zero_order_samples", layout["zero_order_samples"] >= 2),
         ("inner_rows", all(2 <= n <= taken - 2 * _RIM for n, taken in zip(inner, cell, strict=True))),
         ("u_first", max(reach) <= 2 + layout["texel"]),
@@ -227,6 +230,11 @@ def _fault_of_layout(layout: object, picture: Picture) -> str:
 def _triples(layout: dict[str, Any]) -> int:
     """The number of channels over 3: the number of strips, and of each term's cells."""
     return channel_count(layout["illuminant"]) // 3
+
+
+def _gain_rows(layout: dict[str, Any]) -> int:
+    """The rows of a plate's gains."""
+    return _GAINS if layout["plate_ior"] > 1 else 0
 
 
 def _is_basis(basis: object, count: int) -> bool:
@@ -308,5 +316,6 @@ def _places(layout: dict[str, Any]) -> tuple[list[Place], tuple[int, int]]:
 
 def _picture_size(layout: dict[str, Any]) -> tuple[int, int]:
     """Height and width of a picture with this layout: the strip, and above it a cell for each term."""
+    gains = (1 + _triples(layout)) * _gain_rows(layout)
     height = layout["strip_rows"] + layout["rows"] * layout["cell_rows"]
     return height, max(layout["columns"] * layout["cell_columns"], layout["zero_order_samples"] + 1)

@@ -7,8 +7,8 @@ every dimension, its films too. A bake is made of this larger relief. Its u, v a
 the plate. This file leads from the directions outside to those inside, and gives the light that the front face lets
 through.
 
-Light that the front face reflects back onto the relief is left out. At normal incidence it is (n - 1)^2 / (n + 1)^2 of
-the relief's light: 5 % for polycarbonate.
+The face returns the rest to the relief, which sends it out in the same directions. A bake holds how much more light
+this is (table/plate_gains.py).
 """
 
 import math
@@ -35,22 +35,26 @@ def least_cosine(ior: float) -> float:
     return math.sqrt(1 - 1 / ior**2)
 
 
-def plate_factor(wi: np.ndarray, wr: np.ndarray, ior: float) -> np.ndarray:
-    """The radiance above a plate (...,), under unit irradiance of a surface that faces the lamp, over the radiance of
-    the relief inside, under unit irradiance of a surface that faces the refracted light: T(ti) T(tr) cos(ti) / (n^2
-    cos(ti')).
-
-    wi and wr (..., 3) are unit vectors above the plate, ti' is the angle inside, T what the front face lets through.
-    Refraction widens a beam to cos(ti') / cos(ti) of its width, and its solid angle n^2 times on the way out."""
-    passed = passed_by_plate(wi, wr, ior)
-    return passed if ior == NO_PLATE else passed * wi[..., 2] / (ior**2 * inside_plate(wi, ior)[..., 2])
+def face_reflectance(tangential: np.ndarray, ior: float) -> np.ndarray:
+    """The share (...,) of light that a plate's face returns to the relief, given the tangential parts (..., 2) of
+    directions inside: Fresnel's reflectance, and 1 beyond the critical angle."""
+    cosine2 = 1 - ior**2 * np.sum(tangential**2, axis=-1)
+    return np.where(cosine2 > 0, fresnel_reflectance(np.sqrt(np.maximum(cosine2, 0)), ior), 1.0)
 
 
-def passed_by_plate(wi: np.ndarray, wr: np.ndarray, ior: float) -> np.ndarray:
-    """What a plate's front face lets through on the ways in and out (...,): T(ti) T(tr), for unit vectors (..., 3)."""
-    if ior == NO_PLATE:
-        return np.ones(np.broadcast_shapes(wi.shape, wr.shape)[:-1])
+def passed(wi: np.ndarray, wr: np.ndarray, ior: float) -> np.ndarray:
+    """What the front face lets through (...,) on both ways, T(ti) T(tr), for unit vectors (..., 3) above the plate."""
     return (1 - fresnel_reflectance(wi[..., 2], ior)) * (1 - fresnel_reflectance(wr[..., 2], ior))
+
+
+def refracted(wi: np.ndarray, ior: float) -> np.ndarray:
+    """The radiance above a plate (...,), under unit irradiance of a surface that faces the lamp, over the radiance of
+    the relief inside, under unit irradiance of a surface that faces the refracted light, if the front face let all
+    light through: cos(ti) / (n^2 cos(ti')).
+
+    wi (..., 3) is a unit vector above the plate, ti' the angle inside. Refraction widens a beam to cos(ti') / cos(ti)
+    of its width, and its solid angle n^2 times on the way out."""
+    return wi[..., 2] / (ior**2 * inside_plate(wi, ior)[..., 2])
 
 
 def w_inside_plate(w: tuple[float, float], ior: float) -> tuple[float, float]:

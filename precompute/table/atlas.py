@@ -11,6 +11,9 @@ the bottom of the picture upward, the rows hold:
     STRIP_ROWS rows         the curve Z(w) in texels 0 to samples - 1, the same in each of these rows; the texel after
                             the last continues the line through the last two. With more channels than XYZ
                             (colour/channels.py), each three have STRIP_ROWS rows
+    gain_texels rows        for a relief under a plate, its gains (plate_gains.py), each in gain_texels columns: that of
+                            the scattered light, the same in every channel; then the mirror image's, for each three
+                            channels
     above `strip_rows`      a cell for each term, with its tiles of every blur level (tiling.py); then the same for each
                             three further channels
 
@@ -28,6 +31,7 @@ from ..colour.channels import channel_count
 from ..colour.illuminants import is_illuminant
 from ..optics.plate import NO_PLATE, PLATE_IOR_MAX
 from ..optics.region import FARTHEST, Region
+from .plate_gains import GAIN_TEXELS, PlateGains
 from .table import Table, past_end
 from .tiling import COARSER_MAX, LEVELS_MAX, PICTURE_SIDE_MAX, SPACINGS, TERMS_MAX, TILE_PADDING, Cell, Spacing, grid
 
@@ -103,7 +107,8 @@ class Layout:
     @property
     def width(self) -> int:
         """Columns of the picture."""
-        return max(self.columns * self.cell_columns, self.zero_order_samples + 1)
+        gains = self.gain_block(self.triples)[1].stop
+        return max(self.columns * self.cell_columns, self.zero_order_samples + 1, gains)
 
     @property
     def height(self) -> int:
@@ -140,6 +145,17 @@ class Layout:
         return self.terms == self.polynomials and self.basis == np.eye(self.terms).ravel().tolist()
 
     @property
+    def gain_texels(self) -> int:
+        """Rows and columns of each of a plate's gains; 0 without a plate."""
+        return _gain_texels(self.plate_ior)
+
+    def gain_block(self, which: int) -> tuple[slice, slice]:
+        """Rows and columns of a plate's gain, counted upward: 0 is that of the scattered light, the others that of the
+        mirror image's next three channels."""
+        first = which * self.gain_texels
+        return slice(self.strip_rows - self.gain_texels, self.strip_rows), slice(first, first + self.gain_texels)
+
+    @property
     def is_valid(self) -> bool:
         """Whether a bake can have this layout. Headers with other layouts are rejected.
 
@@ -160,7 +176,7 @@ class Layout:
             and len(self.basis) == self.terms * self.polynomials
             and all(type(each) in (int, float) and abs(each) <= _COEFFICIENT_MAX for each in self.basis)
             and (self.cell_rows, self.cell_columns) == self.cell.size
-            and self.curve_rows == self.strip_rows
+            and self.curve_rows + self.gain_texels == self.strip_rows
             and 1 <= self.largest_albedo <= (_ALBEDO_MAX if self.holds_reflectance else 1)
             and _KERNELS[0] <= self.sigma_b <= _KERNELS[1]
             and _SCALES[0] <= self.scale <= _SCALES[1]
@@ -199,11 +215,17 @@ class Layout:
         return slice(y, y + rows + 2 * TILE_PADDING), slice(x, x + columns + 2 * TILE_PADDING)
 
 
+def _gain_texels(plate_ior: float) -> int:
+    return 0 if plate_ior == NO_PLATE else GAIN_TEXELS
+
+
 def layout_of(bake: Table) -> Layout:
     """The layout of a bake's atlas. Raises GratingError if the picture is too large for a graphics card."""
     terms, cell = len(bake.terms), bake.cell
     triples = channel_count(bake.illuminant) // 3
-    rows, columns = grid(terms * triples, cell.size, width_min=len(bake.zero_order) + 1)
+    gain_texels = _gain_texels(bake.plate_ior)
+    width = max(len(bake.zero_order) + 1, (1 + triples) * gain_texels)
+    rows, columns = grid(terms * triples, cell.size, width_min=width)
     peak = max(*(float(np.abs(terms).max()) for terms in bake.levels), 1e-30)
     return Layout(
         terms=terms,
@@ -219,7 +241,7 @@ def layout_of(bake: Table) -> Layout:
         inner_columns=cell.inner[1],
         columns=columns,
         rows=rows,
-        strip_rows=STRIP_ROWS * triples,
+        strip_rows=STRIP_ROWS * triples + gain_texels,
         texel=bake.texel,
         u_first=float(bake.first[1]),
         v_first=float(bake.first[0]),
@@ -247,6 +269,10 @@ def pack(bake: Table) -> tuple[np.ndarray, Layout]:
         rows = slice(STRIP_ROWS * triple, STRIP_ROWS * (triple + 1))
         image[rows] = past_end(curve)
         image[rows, : len(curve)] = curve
+    if bake.gains is not None:
+        image[layout.gain_block(0)] = bake.gains.scattered[..., None]
+        for triple in range(layout.triples):
+            image[layout.gain_block(1 + triple)] = bake.gains.mirror[..., 3 * triple : 3 * triple + 3]
     for level, terms in enumerate(bake.levels):
         for k, tile in enumerate(terms):
             for triple in range(layout.triples):
@@ -264,13 +290,17 @@ def unpack(image: np.ndarray, layout: Layout) -> Table:
     )
     curves = [image[STRIP_ROWS * triple, : layout.zero_order_samples] for triple in range(layout.triples)]
     zero_order = np.concatenate(curves, axis=-1).astype(np.float32)
+    gains = None
+    if layout.gain_texels:
+        scattered, *mirror = (image[layout.gain_block(k)].astype(np.float32) for k in range(1 + layout.triples))
+        gains = PlateGains(scattered[..., 0], np.concatenate(mirror, axis=-1))
     first, w_range = (layout.v_first, layout.u_first), (layout.w_min, layout.w_max)
     return Table(
         terms, zero_order, layout.sigma_b, layout.texel, layout.illuminant, layout.holds_reflectance, first,
         w_range, image.dtype.type,
         tuple(wider), layout.spacing, layout.level_coarser,
         np.reshape(layout.basis, (layout.terms, layout.polynomials)).astype(float), layout.plate_ior,
-        layout.largest_albedo,
+        layout.largest_albedo, gains,
     )  # fmt: skip
 
 

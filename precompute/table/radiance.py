@@ -13,7 +13,7 @@ from ..colour.working_space import rgb_from_xyz
 from ..optics.brdf import half_angle_cosine, scattering_factor
 from ..optics.fresnel import KERATIN_IOR, fresnel_reflectance
 from ..optics.mirror_image import mirror_kernel
-from ..optics.plate import NO_PLATE, inside_plate, passed_by_plate, plate_factor
+from ..optics.plate import NO_PLATE, inside_plate, passed, refracted
 from ..optics.small_slope import IOR_MAX
 from .table import Table
 
@@ -58,16 +58,20 @@ def reflected_xyz(
     scattered XYZ over w^2, 0 outside the table, and Z the colour of its zero order. The kernel is that of a lamp's
     image in a mirror (optics/mirror_image.py). p is the period scale and c the height scale. A table that holds its
     matter's reflectance has Q / R at RATIO_IOR (optics/brdf.py) in place of Q, and 1 in place of R. `stam` asks for
-    Stam's form (Stam 1999, equation 5). Under a plate, the scattered light has the directions inside, and is multiplied
-    by plate_factor (optics/plate.py). The disc's variance is then divided by the square of the plate's index."""
+    Stam's form (Stam 1999, equation 5), in a single pass through a plate. Under a plate, the scattered light has the
+    directions inside, and is multiplied by what the plate lets through and by its refraction (plate_gains.py,
+    optics/plate.py). The disc's variance is then divided by the square of the plate's index."""
     kernel = mirror_kernel(wi, wr, variance=variance, roughness=skin.roughness)
     near = np.flatnonzero(kernel)
     lamp = np.broadcast_to(wi, wr.shape)
     mirrored = kernel[near, None] * zero_order_reflectance(table, lamp[near], wr[near], skin=skin, stam=stam)
     plate_ior = table.plate_ior
     shortened = (1 + wi[..., 2] ** 2) / 2
-    passed = np.reshape(plate_factor(wi, wr, plate_ior), (-1, 1))
+    let_out = np.ones((len(wr), 1))
     if plate_ior != NO_PLATE:
+        single = stam or table.gains is None
+        through = passed(wi, wr, plate_ior) if single else table.gains.of_scattered(wi, wr)
+        let_out = np.reshape(through * refracted(wi, plate_ior), (-1, 1))
         wi, wr = inside_plate(wi, plate_ior), inside_plate(wr, plate_ior)
     holds = table.holds_reflectance
     ior = None if holds else skin.ior if stam else min(skin.ior, IOR_MAX)
@@ -78,7 +82,7 @@ def reflected_xyz(
     inside = ((p * u) ** 2 + (p * v) ** 2 < (2 / plate_ior) ** 2) & table.holds(p * u, p * v, c * w)
     xyz = inside[:, None] * table.scattered_over_w2(p * u, p * v, c * w, variance=blur * p**2)
     xyz *= (scattering_factor(wi, wr, ior, stam=stam) * (p * c) ** 2)[:, None]
-    xyz = passed * xyz
+    xyz *= let_out
     xyz[near] += mirrored
     return xyz
 
@@ -87,14 +91,18 @@ def zero_order_reflectance(
     table: Table, wi: np.ndarray, wr: np.ndarray, *, skin: Skin = AS_BAKED, stam: bool = False
 ) -> np.ndarray:
     """What the mirror image reflects, in XYZ (n, 3), for unit vectors wi and wr (n, 3) to the lamp and to the viewer:
-    R Z of reflected_xyz, times what a plate's front face lets through."""
-    passed = passed_by_plate(wi, wr, table.plate_ior)
+    R Z of reflected_xyz, with what a plate lets through and gives back."""
+    above, through = wr, np.ones((len(wr), 1))
     if table.plate_ior != NO_PLATE:
+        through = passed(wi, wr, table.plate_ior)[:, None]
         wi, wr = inside_plate(wi, table.plate_ior), inside_plate(wr, table.plate_ior)
+    xyz = through * table.zero_order_xyz(skin.height_scale * (wi + wr)[:, 2])
+    if table.gains is not None and not stam:
+        xyz += table.gains.mirror_xyz(above)
     if not table.holds_reflectance:
         ior = skin.ior if stam else min(skin.ior, IOR_MAX)
-        passed = passed * fresnel_reflectance(half_angle_cosine(wi, wr), ior)
-    return passed[:, None] * table.zero_order_xyz(skin.height_scale * (wi + wr)[:, 2])
+        xyz *= fresnel_reflectance(half_angle_cosine(wi, wr), ior)[:, None]
+    return xyz
 
 
 def lamp_radiance(

@@ -25,6 +25,7 @@ from ..maths import bspline, chebyshev
 from ..optics.coherence import coherence_length
 from ..optics.plate import NO_PLATE
 from ..optics.region import Region
+from .plate_gains import PlateGains
 from .tiling import TILE_PADDING, Cell, Spacing
 
 # Number of samples of Z(w). Reading by B-splines is then off by half a step of a half float for a relief of 2 um.
@@ -58,6 +59,7 @@ class Table:
                    inside the plate (optics/plate.py)
     largest_albedo the largest share of luminance that the surface would send back, at least 1. Terms and zero order
                    are divided by it (bake/largest_albedo.py)
+    gains          what the plate gives back of the light that it traps (plate_gains.py); None without a plate
     """
 
     terms: np.ndarray
@@ -75,6 +77,7 @@ class Table:
     basis: np.ndarray = None  # type: ignore[assignment]  # __post_init__ fills it in
     plate_ior: float = NO_PLATE
     largest_albedo: float = 1.0
+    gains: PlateGains | None = None
 
     def __post_init__(self) -> None:
         if self.basis is None:
@@ -125,7 +128,9 @@ class Table:
         """The table of XYZ under a lamp. The lamp's matrix gives it from the channels (colour/channels.py)."""
         matrix = lamp_matrix(self.illuminant, lamp).T.astype(np.float32)
         own = (each @ matrix for each in self.levels)
-        return replace(self, terms=next(own), wider=tuple(own), zero_order=self.zero_order @ matrix, illuminant=lamp)
+        gains = None if self.gains is None else self.gains.under(matrix)
+        zero_order = self.zero_order @ matrix
+        return replace(self, terms=next(own), wider=tuple(own), zero_order=zero_order, illuminant=lamp, gains=gains)
 
     def scattered_over_w2(self, u: np.ndarray, v: np.ndarray, w: _Number, *, variance: _Number = 0.0) -> np.ndarray:
         """Scattered XYZ over w^2 (n, 3) at u and v (n,), as a renderer reads it: see channels_over_w2."""

@@ -28,8 +28,9 @@ This is f * E * cos(ti) of a dielectric (docs/theory.md); the w^2 of its factor 
 slope reflectance (small_slope_nodes.py), R Fresnel's. The table of a metal or a film holds its reflectance. It has
 Q / R at RATIO_IOR (precompute/optics/brdf.py) in place of Q, and 1 in place of R. The f_k are functions of w, stored as
 sums of Chebyshev polynomials. The kernel is that of the lamp's image in a mirror (precompute/optics/mirror_image.py).
-Under a plate, the scattered light has the directions inside it, and is multiplied by T(ti) T(tr) cos(ti) / (n^2
-cos(ti')) (precompute/optics/plate.py); the mirror image is multiplied by T(ti) T(tr). B_k are read at the blur levels
+Under a plate, the scattered light has the directions inside it, and is multiplied by cos(ti) / (n^2 cos(ti'))
+(precompute/optics/plate.py) and by g(wi) g(wr); Z(c w) becomes T(ti) T(tr) Z(c w) + X(wr), with the light that the
+plate gives back to the relief (precompute/table/plate_gains.py). B_k are read at the blur levels
 (precompute/table/atlas.py) around the variance
 
     sigma^2 = sigma_b^2 + max(0, Variance - sigma_b^2) (1 + cos(ti)^2) / 2 + (w r^2)^2 / 2
@@ -48,7 +49,7 @@ from ....precompute.table.atlas import Layout
 from ...nodes.arrange import arrange
 from ...nodes.builder import Tree, Value
 from ...nodes.interface import add_interface
-from ..atlas_nodes import AtlasTable, zero_order_at
+from ..atlas_nodes import AtlasTable, mirror_gain, scattered_gain, zero_order_at
 from ..gamut_nodes import shown_rgb
 from ..lamp_table_nodes import LampColours
 from ..plate_nodes import Plate
@@ -112,14 +113,20 @@ def build_direct_group(
     )  # fmt: skip
     mirrored = image_of_lamp.value if reflectance is None else image_of_lamp.value * reflectance
     if plate.present:
-        gain = gain * (plate.passed(tree, to_light, light) * plate.passed(tree, to_view, view))
-        factor = factor * plate.narrowed(to_light, light)
+        factor = factor * plate.refracted(to_light, light)
+        for way in (to_light, to_view):
+            factor = tree.math("MULTIPLY", factor, scattered_gain(tree, image, layout, way=way))
+        passed = plate.passed(tree, to_light, light) * plate.passed(tree, to_view, view)
     scattered = factor * table.inside * (tree.squared(period_scale * height_scale) * layout.scale)
 
     def channels(triple: int) -> list[Value]:
         """Three channels at each of the places, and of the mirror image."""
         scattered_light = [table.read(place, triple) for place in places if place is not None]
-        return [*scattered_light, zero_order_at(tree, image, layout, w=w * height_scale, triple=triple)]
+        zero_order = zero_order_at(tree, image, layout, w=w * height_scale, triple=triple)
+        if plate.present:
+            more = mirror_gain(tree, image, layout, way=to_view, triple=triple)
+            zero_order = zero_order.times_plus(passed, more)
+        return [*scattered_light, zero_order]
 
     factors = [gain * scattered] * sum(place is not None for place in places) + [gain * mirrored]
 

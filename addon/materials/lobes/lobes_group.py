@@ -26,8 +26,9 @@ view's. The colour of a single wavelength would be out of gamut and different in
 colour in its direction, the mean over all wavelengths from there. The other symbols are defined in
 direct/direct_group.py.
 
-Under a plate, C has the directions inside, and is multiplied by what the front face lets through on both ways, T(ti)
-T(tr). An order that the front face reflects totally is black. The closure is around the directions above the plate.
+Under a plate, C has the directions inside, and is multiplied by what leaves the plate, g(wi) g(wr)
+(precompute/table/plate_gains.py). An order that the front face reflects totally is black. The closure is around the
+directions above the plate.
 
 The closure of an order combines the width of the coherence kernel, with the standard deviation sigma_b in (u, v), and
 the skin's roughness r: alpha^2 = 2 sigma_b^2 / w^2 + r^4. This is exact for a Beckmann lobe. The bins of the spectrum
@@ -208,4 +209,4 @@ def _gain(surface: SeenSurface, order: _Order, draw: Draw) -> Value:
         gain = small_slope_over_fresnel(tree, light=light, view=view, one_plus=order.half2) * matter
     else:
         gain = small_slope_reflectance(tree, surface.ior, light=light, view=view, one_plus=order.half2)
-    return surface.through_plate(gain * (light.cosine * surface.cosine) * order.is_real, order.above, light)
+    return surface.scattered_out(gain * (light.cosine * surface.cosine) * order.is_real, order.above)

@@ -10,6 +10,7 @@ import bpy
 
 from ....precompute.table.atlas import Layout
 from ...nodes.builder import Tree, Value
+from ..atlas_nodes import scattered_gain
 from ..plate_nodes import Plate
 from ..tangent_space import Direction
 
@@ -52,9 +53,14 @@ class SeenSurface:
         """1 if the viewer is above the surface, else 0."""
         return self.tree.math("GREATER_THAN", self.above.cosine, 0.0)
 
-    def through_plate(self, light: Value, above: Direction, inside: Direction) -> Value:
-        """Light from a direction, times what the plate's front face lets through on the way in and out."""
+    @cached_property
+    def gain(self) -> Value:
+        """What of the scattered light leaves the plate towards the viewer."""
+        return scattered_gain(self.tree, self.image, self.layout, way=self.above)
+
+    def scattered_out(self, light: Value, above: Direction) -> Value:
+        """Scattered light from a direction, times what of it leaves the plate."""
         if not self.plate.present:
             return light
-        passed = self.plate.passed(self.tree, self.above, self.inside)
-        return light * (self.plate.passed(self.tree, above, inside) * passed)
+        gain = scattered_gain(self.tree, self.image, self.layout, way=above)
+        return light * self.tree.math("MULTIPLY", gain, self.gain)

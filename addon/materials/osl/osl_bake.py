@@ -15,6 +15,7 @@ from ....precompute.optics.brdf import RATIO_IOR
 from ....precompute.optics.mirror_image import EDGE, ENDS, LEAST_Q, LEAST_VARIANCE
 from ....precompute.optics.small_slope import IOR_MAX
 from ....precompute.table.atlas import STRIP_ROWS, Layout
+from ....precompute.table.direction_disc import disc_texel
 from ....precompute.table.tiling import TILE_PADDING
 from ..response import QUESTION, Response
 from .script import colours, file_name, joined, script_group
@@ -67,6 +68,11 @@ def _constants(bake_path: Path, layout: Layout, rgb_from_xyz: np.ndarray) -> dic
         "LEAST_Q": LEAST_Q,
         "ENDS": ENDS,
         "PLATE_IOR": layout.plate_ior,
+        # The positions of the normal in the tables of a plate's gains.
+        "GAIN_X": (layout.gain_texels - 1) / 2,
+        "GAIN_Y": layout.strip_rows - (layout.gain_texels + 1) / 2,
+        "GAIN_TEXELS": layout.gain_texels,
+        "GAIN_TEXEL": disc_texel(layout.gain_texels) if layout.gain_texels else 1.0,
         "FARTHEST2": layout.farthest**2,
         "RGB_COLUMNS": colours(np.transpose(rgb_from_xyz)),
         **_mark(bake_path),

@@ -9,9 +9,11 @@ from hypothesis import strategies as st
 from precompute.optics.fresnel import fresnel_reflectance
 from precompute.optics.plate import (
     NO_PLATE,
+    face_reflectance,
     inside_plate,
     least_cosine,
-    plate_factor,
+    passed,
+    refracted,
     w_above_plate,
     w_inside_plate,
 )
@@ -40,7 +42,8 @@ def test_a_plate_keeps_a_reciprocal_relief_reciprocal(cos_i, cos_r, azimuth, ior
     """f = L / (E cos(ti)) of the relief inside is reciprocal; f above must be too."""
     wi, wr = direction(cos_i, 0.0), direction(cos_r, azimuth)
     there, back = (
-        plate_factor(one, other, ior) * inside_plate(one, ior)[2] / one[2] for one, other in ((wi, wr), (wr, wi))
+        passed(one, other, ior) * refracted(one, ior) * inside_plate(one, ior)[2] / one[2]
+        for one, other in ((wi, wr), (wr, wi))
     )
     assert there == pytest.approx(back, rel=1e-9)
 
@@ -56,7 +59,7 @@ def test_the_light_of_a_white_relief_is_what_the_face_lets_through(ior):
     wi = direction(0.5, 0.3)
     above = np.stack([direction(np.sqrt(square), 1.0) for square in squares])
     # The radiance inside is cos(ti') / pi; the integral of cos(tr) over the hemisphere is pi times one over cos(tr)^2.
-    albedo = weights @ (plate_factor(wi, above, ior) * inside_plate(wi, ior)[2]) / wi[2]
+    albedo = weights @ (passed(wi, above, ior) * refracted(wi, ior) * inside_plate(wi, ior)[2]) / wi[2]
     least = least_cosine(ior) ** 2
     cos2_inside = least + (1 - least) * squares
     leaving = 1 - fresnel_reflectance(np.sqrt(1 - (1 - cos2_inside) * ior**2), ior)
@@ -64,10 +67,20 @@ def test_the_light_of_a_white_relief_is_what_the_face_lets_through(ior):
     assert albedo == pytest.approx(expected, rel=1e-3)
 
 
+@given(COSINES, st.floats(0, 6), INDICES)
+def test_the_face_returns_the_same_share_to_both_sides(cosine, azimuth, ior):
+    """Fresnel's reflectance is the same from both sides (Born and Wolf 1.5.3), and 1 beyond the critical angle."""
+    above = direction(cosine, azimuth)
+    # A cosine of 0.001 comes back from the tangential part, whose square is 1 - 1e-6, with ten digits.
+    assert face_reflectance(above[:2] / ior, ior) == pytest.approx(fresnel_reflectance(cosine, ior), abs=1e-8)
+    assert face_reflectance(above[:2] / np.linalg.norm(above[:2]) / ior * 1.001, ior) == 1 or cosine == 1
+
+
 def test_no_plate_changes_nothing():
     wi = direction(0.4, 1.0)
     assert inside_plate(wi, NO_PLATE) == pytest.approx(wi, abs=1e-15)
-    assert plate_factor(wi[None], np.stack([wi, wi]), NO_PLATE) == pytest.approx(1)
+    assert passed(wi[None], np.stack([wi, wi]), NO_PLATE) == pytest.approx(1)
+    assert refracted(wi, NO_PLATE) == pytest.approx(1)
     assert least_cosine(NO_PLATE) == 0
     assert w_inside_plate((0.3, 1.7), NO_PLATE) == pytest.approx((0.3, 1.7))
 
