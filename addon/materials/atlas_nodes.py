@@ -10,6 +10,7 @@ from ...precompute.table.atlas import STRIP_ROWS, Layout
 from ...precompute.table.direction_disc import disc_texel
 from ...precompute.table.tiling import COLUMNS_BESIDE, TILE_PADDING
 from ..nodes.builder import Operand, Tree, Value
+from .tangent_space import Direction
 
 # Sums of at most this many Chebyshev polynomials are evaluated as powers, whose coefficients are then at most 20.
 _FEW = 6

@@ -318,4 +318,4 @@ def _picture_size(layout: dict[str, Any]) -> tuple[int, int]:
     """Height and width of a picture with this layout: the strip, and above it a cell for each term."""
     gains = (1 + _triples(layout)) * _gain_rows(layout)
     height = layout["strip_rows"] + layout["rows"] * layout["cell_rows"]
-    return height, max(layout["columns"] * layout["cell_columns"], layout["zero_order_samples"] + 1)
+    return height, max(layout["columns"] * layout["cell_columns"], layout["zero_order_samples"] + 1, gains)

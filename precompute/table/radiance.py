@@ -69,8 +69,8 @@ def reflected_xyz(
     shortened = (1 + wi[..., 2] ** 2) / 2
     let_out = np.ones((len(wr), 1))
     if plate_ior != NO_PLATE:
-        single = stam or table.gains is None
-        through = passed(wi, wr, plate_ior) if single else table.gains.of_scattered(wi, wr)
+        gains = None if stam else table.gains
+        through = passed(wi, wr, plate_ior) if gains is None else gains.of_scattered(wi, wr)
         let_out = np.reshape(through * refracted(wi, plate_ior), (-1, 1))
         wi, wr = inside_plate(wi, plate_ior), inside_plate(wr, plate_ior)
     holds = table.holds_reflectance
