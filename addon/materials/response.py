@@ -23,7 +23,7 @@ from ...precompute.optics.small_slope import IOR_MAX
 from ..blender import compat, stored
 from ..nodes.builder import Operand, Tree, Value
 from ..nodes.interface import INPUT, Socket, has_sockets, sockets_of
-from .plate_nodes import Plate
+from .plate_nodes import FACE_ROUGHNESS, Plate
 
 NORMAL = Socket("Normal", "Vector", "Shading normal")
 TANGENT = Socket("Tangent", "Vector", "Direction of the scan's x axis (left to right) on the surface")
@@ -165,8 +165,10 @@ class WorldAnswer:
     def closures(self, normal: Value, strength: Operand, lobe_strength: Operand) -> Value:
         """The closures of the zero order (a mirror as rough as the skin), of the drawn order, and of the front face of
         a plate."""
-        tree = self.mirror.tree
-        mirror = tree.glossy(self.mirror * strength, self.mirror_roughness, normal)
+        tree, roughness = self.mirror.tree, self.mirror_roughness
+        if self.plate.present:
+            roughness = tree.maximum(roughness, FACE_ROUGHNESS)
+        mirror = tree.glossy(self.mirror * strength, roughness, normal)
         lobe = tree.glossy(self.lobe * lobe_strength, self.lobe_roughness, self.lobe_normal)
         both = tree.add_shader(mirror, lobe)
         return tree.add_shader(both, self.plate.face(tree, normal)) if self.plate.present else both
