@@ -9,8 +9,9 @@ from ...precompute.optics.plate import NO_PLATE
 from ..nodes.builder import Tree, Value
 from .tangent_space import Direction
 
-# The roughness of the plate's front face.
-_FACE_ROUGHNESS = 0.02
+# The roughness of the plate's front face, and the least one of the mirror image under it. Cycles takes a perfect mirror
+# for a lobe of a certain width, so beside a nearly perfect mirror its share is wrong.
+FACE_ROUGHNESS = 0.02
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,7 @@ class Plate:
 
     def face(self, tree: Tree, normal: Value, share: Value) -> Value:
         """The closure of a share of the front face, which mirrors by Fresnel's formula."""
-        return tree.glossy(tree.fresnel(self.ior, normal) * share, _FACE_ROUGHNESS, normal)
+        return tree.glossy(tree.fresnel(self.ior, normal) * share, FACE_ROUGHNESS, normal)
 
 
 def _squared_ratio(tree: Tree, a: Value, b: Value) -> Value:

@@ -52,6 +52,7 @@ from ...nodes.interface import add_interface
 from ..atlas_nodes import AtlasTable
 from ..gamut_nodes import shown_rgb
 from ..lamp_table_nodes import LampColours
+from ..plate_nodes import FACE_ROUGHNESS
 from ..response import SPECTRAL_WORLD_ANSWER, SPECTRUM, WORLD_ANSWER, WORLD_QUESTION
 from ..small_slope_nodes import dielectric_ior, small_slope_over_fresnel, small_slope_reflectance
 from ..tangent_space import Direction
@@ -119,7 +120,8 @@ def build_world_group(
     lobe_roughness = tree.sqrt(tree.sqrt(alpha2)) * (1.0 - sharp)
     half_way = order.half_way(surface, (t, b, n))
     to_light = tree.blend(2.0, wr, half_way)
-    tree.output(mirrored, roughness, lobe, half_way, lobe_roughness, to_light, *of_world)
+    at_least = tree.maximum(roughness, FACE_ROUGHNESS) if surface.plate.present else roughness
+    tree.output(mirrored, at_least, lobe, half_way, lobe_roughness, to_light, *of_world)
     arrange(group)
     return group
 
