@@ -60,17 +60,8 @@ def rows_of(disc: str, plate_ior: float, wavelength_nm: float, theta_deg: float)
             continue
         cosines = np.cos(np.radians(theta_deg)), np.sqrt(1 - sine**2)
         passed = float(np.prod([1 - fresnel_reflectance(np.array(cosine), plate_ior) for cosine in cosines]))
-        found.append(
-            Row(
-                disc,
-                plate_ior,
-                wavelength_nm,
-                theta_deg,
-                order,
-                passed * float(rigorous[order + 1]),
-                passed * light[RATIO],
-            )
-        )
+        true, ours = passed * float(rigorous[order + 1]), passed * light[RATIO]
+        found.append(Row(disc, plate_ior, wavelength_nm, theta_deg, order, true, ours))
     return found
 
 

@@ -9,9 +9,9 @@ The efficiency of order m is a factor times |c_m(w)|^2, the relief's own spectru
     small slope     4 cos(ti) cos(tr) Q / w^2                             (Voronovich 1994)
     ratio form      R(half angle) times small slope over Fresnel's reflectance, both at RATIO_IOR
 
-All take unit vectors wi (3,) to the light and wr (3,) along the order, the index of refraction n + ik, and the films
-on it (index and thickness in wavelengths, the outermost first). The add-on has the same formulas for real indices
-without films (precompute/optics), and the ratio form for metals and films. With films Q is known in the plane of incidence
+All take unit vectors wi (3,) to the light and wr (3,) along the order, the index of refraction n + ik, and the films on
+it (index and thickness in wavelengths, the outermost first). The add-on has the same formulas for real indices without
+films (precompute/optics), and the ratio form for metals and films. With films Q is known in the plane of incidence
 only.
 """
 

@@ -31,10 +31,10 @@ T(tr). An order that the front face reflects totally is black. The closure is ar
 
 The closure of an order combines the width of the coherence kernel, with the standard deviation sigma_b in (u, v), and
 the skin's roughness r: alpha^2 = 2 sigma_b^2 / w^2 + r^4. This is exact for a Beckmann lobe. The bins of the spectrum
-may already include a part of the kernel (blur_q), which is subtracted here. If Sharp is 1, the kernel moves the direction at random
-instead, and the closure is a perfect mirror. The place where the colour is read moves in both cases, so that the
-colours of many draws add up correctly. A wide closure cannot tell in which of its directions the light is, so with it
-the kernel blurs the colours twice."""
+may already include a part of the kernel (blur_q), which is subtracted here. If Sharp is 1, the kernel moves the
+direction at random instead, and the closure is a perfect mirror. The place where the colour is read moves in both
+cases, so that the colours of many draws add up correctly. A wide closure cannot tell in which of its directions the
+light is, so with it the kernel blurs the colours twice."""
 
 from __future__ import annotations
 
