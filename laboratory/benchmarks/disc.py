@@ -7,7 +7,7 @@ A disc is taken as a continuous groove in aluminium, with the pitch, width and d
 polycarbonate is in front of it, or none. An order is its power over the incident power. Inside a plate the groove acts
 like one that is n times as large in air, in a matter of the relative index (precompute/optics/plate.py); the front face
 lets T of the light through on the way in and on the way out. rcwa_layers.py solves Maxwell's equations. The bake's
-formula is Stam's, over its albedo bound.
+formula is the ratio form (precompute/optics/brdf.py).
 """
 
 from dataclasses import asdict, dataclass
@@ -21,7 +21,8 @@ from precompute.reflectance.metals import metal_index
 
 from . import report
 from .rcwa import Grating
-from .rcwa_orders_rows import bounded, rigorous_orders, scalar_orders
+from .rcwa_orders_factors import RATIO
+from .rcwa_orders_rows import rigorous_orders, scalar_orders
 
 POLYCARBONATE = 1.585
 # Pitch, width and depth in nanometres, of the samples (precompute/surface/samples/discs.py).
@@ -59,10 +60,8 @@ def rows_of(disc: str, plate_ior: float, wavelength_nm: float, theta_deg: float)
             continue
         cosines = np.cos(np.radians(theta_deg)), np.sqrt(1 - sine**2)
         passed = float(np.prod([1 - fresnel_reflectance(np.array(cosine), plate_ior) for cosine in cosines]))
-        ours = bounded(case, order, light["Stam"])
-        found.append(
-            Row(disc, plate_ior, wavelength_nm, theta_deg, order, passed * float(rigorous[order + 1]), passed * ours)
-        )
+        true, ours = passed * float(rigorous[order + 1]), passed * light[RATIO]
+        found.append(Row(disc, plate_ior, wavelength_nm, theta_deg, order, true, ours))
     return found
 
 

@@ -9,11 +9,9 @@ reference (exact transforms in float64, precompute/reference) on a few hundred p
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
-from precompute.table.albedo_bound import albedo_bound
 
 from precompute.bake.ensemble import plan
 from precompute.bake.make import make
@@ -25,7 +23,6 @@ from precompute.cli.parser import OneLineParser
 from precompute.colour.observer import spectral_weights, wavelengths
 from precompute.maths import chebyshev
 from precompute.measure.errors import Errors, Truth, measure
-from precompute.optics.fresnel import KERATIN_IOR
 from precompute.reference.ensemble_reference import reference_xyz
 from precompute.reflectance.matter import MIRRORING
 from precompute.surface.height_map import HeightMap
@@ -35,7 +32,6 @@ from precompute.table.table import Table
 
 from ..study.pages import filled, table
 from . import hard_scenes, report
-from .albedo import directional_albedo, directions, no_bound, surface_of
 from .hard_directions import (
     ONE_TEXEL,
     anywhere,
@@ -47,6 +43,7 @@ from .hard_directions import (
     one_place,
     wavelength_step,
 )  # fmt: skip
+from .hemisphere import directional_albedo_xyz
 
 PIXEL_M = 80e-9
 # Gives a kernel of 0.12, for which even the small surfaces here hold 30 coherence areas.
@@ -104,19 +101,13 @@ def lines(period_m: float, depth_m: float, samples: int, periods: int) -> Height
 
 
 def albedo(relief: Relief, baked: Table) -> dict[str, float]:
-    """The largest albedo at 89.9 degrees: in Stam's form and as a metal, both at R = 1, and as keratin, by the
-    quadrature of laboratory/benchmarks/albedo.py."""
-    surface = surface_of(relief, baked.sigma_b)
-    metal = make([relief], BakeRequest(coherence_length_m=COHERENCE_M, matter=MIRRORING)).table
-    assert metal.excess_albedo is not None
-    bounds = [no_bound, partial(albedo_bound, metal.excess_albedo)]
-    found = [
-        directional_albedo(surface, wi, lam, bounds, iors=[KERATIN_IOR])
-        for wi in directions(89.9)
-        for lam in (390e-9, 550e-9, 700e-9)
-    ]
-    labels = ("albedo of Stam's form", "albedo of a metal", "albedo of keratin")
-    return dict(zip(labels, np.max(found, axis=0).tolist(), strict=True))
+    """The largest albedo for light along the scan's x axis at 75, 80 and 85 degrees, of luminance: of keratin, and of a
+    perfect mirror."""
+    mirror = make([relief], BakeRequest(coherence_length_m=COHERENCE_M, matter=MIRRORING)).table
+    return {
+        f"albedo of {name}": max(float(directional_albedo_xyz(table, np.radians(angle))[1]) for angle in (75, 80, 85))
+        for name, table in (("keratin", baked), ("a mirror", mirror))
+    }
 
 
 def zero_order(relief: Relief, baked: Table) -> dict[str, float]:

@@ -36,8 +36,8 @@ def facts_of(relief: Relief, request: BakeRequest) -> dict[str, float]:
     made = make([relief], request)
     total = time.process_time() - begun
     layout = made.layout
-    # A lamp reads each function in two blur levels, the zero order once, and the albedo bound of two directions.
-    look_ups = 2 * layout.terms + 1 + 2 * layout.holds_reflectance
+    # A lamp reads each function in two blur levels, and the zero order once.
+    look_ups = 2 * layout.terms + 1
     return {
         "terms": layout.terms,
         "mib": layout.height * layout.width * BYTES_PER_TEXEL / 2**20,

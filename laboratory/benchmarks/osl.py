@@ -19,7 +19,6 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
-from precompute.table.albedo_bound import BOUND_TEXELS
 
 from devtools import EXTENSION, ROOT
 from devtools.extension import AddonModules, link_extension
@@ -35,12 +34,11 @@ from precompute.colour.working_space import rgb_from_xyz
 from precompute.measure.errors import COUNTED_Y
 from precompute.methods import dft_images
 from precompute.methods.method_registry import METHODS
-from precompute.optics.brdf import half_angle_cosine, scattering_factor
-from precompute.optics.fresnel import KERATIN_IOR, fresnel_reflectance
+from precompute.optics.brdf import scattering_factor
+from precompute.optics.fresnel import KERATIN_IOR
 from precompute.optics.region import Region
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import Relief, prepare
-from precompute.table import atlas
 from precompute.table.atlas_file import read_header, write_together
 
 from . import report
@@ -88,9 +86,11 @@ class PlaneView:
         rgb = shown_rgb(xyz_over_w2(*(wi + wr).T), rgb_from_xyz("Rec.709"))
         return (gain[:, None] * rgb).reshape(self.pixels, self.pixels, 3)
 
-    def reflectance(self) -> np.ndarray:
-        """Fresnel's reflectance of keratin at the half angle (pixels, pixels, 1)."""
-        return fresnel_reflectance(half_angle_cosine(*self.directions())).reshape(self.pixels, self.pixels, 1)
+    def stam_over_material(self) -> np.ndarray:
+        """Stam's form over the materials' form, of keratin (pixels, pixels, 1)."""
+        wi, wr = self.directions()
+        ratio = scattering_factor(wi, wr, stam=True) / scattering_factor(wi, wr)
+        return ratio.reshape(self.pixels, self.pixels, 1)
 
 
 def render(addon, group, view: PlaneView, path: Path, irradiance=(1.0, 1.0, 1.0), ior=KERATIN_IOR) -> np.ndarray:
@@ -209,14 +209,12 @@ def colour_differences(picture: np.ndarray, truth: np.ndarray) -> np.ndarray:
 def compare(addon, relief: Relief, made: Made, view: PlaneView, folder: Path, runs=RUNS) -> Iterator[dict]:
     """A row for the node group and for each run: its settings, terms and colour differences.
 
-    The shaders have Stam's form. The node group of a table with an albedo bound of 1 has Stam's obliquity, and its
-    picture is multiplied by the reflectance."""
+    The shaders have Stam's form, so the node group's picture is multiplied by stam_over_material."""
     software = view.radiance(made.table.scattered_over_w2)
     path = folder / "table.exr"
-    image, layout = atlas.pack(replace(made.table, excess_albedo=np.zeros((BOUND_TEXELS[0],) * 2, np.float32)))
-    write_together({path: (image, layout)}, {"precision": str(image.dtype)})
+    write_together({path: (made.image, made.layout)}, {"precision": str(made.image.dtype)})
     group = addon.making_materials.new_diffraction_group(path, shadows=False, lights="LAMPS")
-    truth = render(addon, group, view, folder / "picture.exr") * view.reflectance()
+    truth = render(addon, group, view, folder / "picture.exr") * view.stam_over_material()
     yield _row("node group", made.layout.terms, colour_differences(truth, software))
     for name, step_nm, texels in runs:
         method = METHODS[name](relief, dft_images.settings_for(step_m=step_nm * 1e-9, texels=texels))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How far single orders, and the light of all orders, are from Maxwell's equations, by four factors of the spectrum.
+"""How far single orders, and the light of all orders, are from Maxwell's equations, by five factors of the spectrum.
 
     ./dev bench rcwa_orders [--quick] [--picture FILE] [--baked-picture FILE] [--output DIR] [--json FILE|-]
 
@@ -19,7 +19,7 @@ from precompute.cli.parser import OneLineParser
 from . import rcwa_orders_tables as tables
 from . import report
 from .rcwa_orders_picture import draw, draw_baked
-from .rcwa_orders_rows import Row, Total, cases, has_bound, measure, steep
+from .rcwa_orders_rows import Row, Total, cases, holds_reflectance, measure, steep
 
 
 def main(argv: list[str] | None = None) -> None:
@@ -39,7 +39,7 @@ def main(argv: list[str] | None = None) -> None:
     rows = tables.kept(row for orders, _ in measured for row in orders)
     totals = [total for _, total in measured]
     parts = [tables.orders(rows), tables.rim_by_depth(rows), tables.sums(totals), tables.mixes(rows)]
-    within = [case for case in chosen if not (case.azimuth_deg or has_bound(case))]
+    within = [case for case in chosen if not (case.azimuth_deg or holds_reflectance(case))]
     parts += [tables.largest_sums("the same gratings in the plane", within), tables.largest_sums("steep ones", steep())]
     parts += [tables.convergence(quick=arguments.quick)]
     text = "\n\n".join(parts)

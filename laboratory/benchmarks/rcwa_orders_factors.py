@@ -7,10 +7,11 @@ The efficiency of order m is a factor times |c_m(w)|^2, the relief's own spectru
     O = 1           R(half angle)
     Harvey-Shack    R(half angle) w^2 / (4 cos(ti) cos(tr))               (Krywonos 2006)
     small slope     4 cos(ti) cos(tr) Q / w^2                             (Voronovich 1994)
+    ratio form      R(half angle) times small slope over Fresnel's reflectance, both at RATIO_IOR
 
-All take unit vectors wi (3,) to the light and wr (3,) along the order, the index of refraction n + ik, and the films
-on it (index and thickness in wavelengths, the outermost first). The add-on has the same formulas for real indices
-without films (precompute/optics), and Stam's for metals and films. With films Q is known in the plane of incidence
+All take unit vectors wi (3,) to the light and wr (3,) along the order, the index of refraction n + ik, and the films on
+it (index and thickness in wavelengths, the outermost first). The add-on has the same formulas for real indices without
+films (precompute/optics), and the ratio form for metals and films. With films Q is known in the plane of incidence
 only.
 """
 
@@ -18,6 +19,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from precompute.optics.brdf import scattering_factor
 from precompute.reflectance.films import stack_reflectance
 
 from .rcwa import Films
@@ -108,9 +110,17 @@ def _small_slope(wi: np.ndarray, wr: np.ndarray, index: complex, films: Films = 
     return 4 * wi[2] * wr[2] * small_slope_reflectance(wi, wr, index, films) / (wi[2] + wr[2]) ** 2
 
 
+def _ratio(wi: np.ndarray, wr: np.ndarray, index: complex, films: Films = ()) -> float:
+    factor = float(scattering_factor(wi, wr, None)) / (wi[2] * (wi[2] + wr[2]) ** 2)
+    return _half(wi, wr, index, films) * factor
+
+
+# What the materials of metals and films have, before the division by a bake's largest albedo.
+RATIO = "ratio form"
 FACTORS: dict[str, Factor] = {
     "Stam": _stam,
     "O = 1": _half,
     "Harvey-Shack": _harvey_shack,
     "small slope": _small_slope,
+    RATIO: _ratio,
 }

@@ -13,11 +13,12 @@ from PIL import Image
 from precompute.base.files import write_whole
 
 from ..study import plots
-from .rcwa_orders_rows import BOUNDED, FILMS, METALS, SHALLOW, Row, has_bound, is_of, off_by
+from .rcwa_orders_factors import RATIO
+from .rcwa_orders_rows import FILMS, METALS, SHALLOW, Row, holds_reflectance, is_of, off_by
 
 _FORMS = {"Stam": "Stam's form", "small slope": "small slope form (the materials)"}
 _ANGLES = {"light and view within 60 degrees of the normal": (0, 60), "light or view at 60 to 90 degrees": (60, 90)}
-_LINES = {BOUNDED: "median, the materials", "small slope": "median, small slope"}
+_LINES = {RATIO: "median, the materials", "small slope": "median, small slope"}
 _BIN_DEG = 15
 # The colour scale ends here; a larger factor has the last colour.
 _WORST = 2.0
@@ -28,7 +29,7 @@ def draw(path: Path, rows: Sequence[Row]) -> None:
 
     Raises GratingError if matplotlib is not installed."""
     pyplot = plots.pyplot()
-    first = [row for row in rows if abs(row.order) == 1 and not has_bound(row.case)]
+    first = [row for row in rows if abs(row.order) == 1 and not holds_reflectance(row.case)]
     depths = sorted({row.case.depth for row in first})
     periods = sorted({row.case.period for row in first})
     figure, panels = pyplot.subplots(2, 2, figsize=(8, 6), sharex=True, sharey=True, layout="constrained")
@@ -61,9 +62,9 @@ def draw_baked(path: Path, rows: Sequence[Row]) -> None:
         first = [row for row in rows if abs(row.order) == 1 and is_of(row.case, name)]
         for depth, colour in zip(SHALLOW, ("#f2b134", "#d95f0e", "#7f2704"), strict=True):
             some = [row for row in first if row.case.depth == depth]
-            ratio = [row.scalar[BOUNDED] / row.rigorous for row in some]
+            ratio = [row.scalar[RATIO] / row.rigorous for row in some]
             panel.plot([row.larger_angle_deg for row in some], ratio, ".", ms=3, color=colour, label=f"depth {depth:g}")
-        for form, style in ((BOUNDED, "k-"), ("small slope", "b--")):
+        for form, style in ((RATIO, "k-"), ("small slope", "b--")):
             panel.plot(*_median_ratio(first, form), style, lw=1.5, label=_LINES[form])
         panel.axhspan(1 / 1.1, 1.1, color="0.85", zorder=0)
         panel.set_yscale("log")

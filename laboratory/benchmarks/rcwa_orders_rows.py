@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The orders of many gratings: by Maxwell's equations, and by four factors of the spectrum (rcwa_orders_factors.py).
+"""The orders of many gratings: by Maxwell's equations, and by the factors of the spectrum (rcwa_orders_factors.py).
 
 The gratings are in keratin, in the plane of incidence and out of it, and in metals and under films in the plane.
 rcwa_layers.py solves Maxwell's equations in the plane, Inkstone out of it (rcwa.py). Lengths are in wavelengths.
@@ -19,7 +19,7 @@ from precompute.reflectance.metals import metal_index
 from ..study.efficiency import PROFILES, profile
 from . import rcwa, rcwa_layers
 from .rcwa import EXTRA_ORDERS, Films, Grating
-from .rcwa_orders_factors import FACTORS, obliquity, reflectance
+from .rcwa_orders_factors import FACTORS, reflectance
 
 PERIODS = (1.1, 1.5, 2.5, 4.5, 8.5)
 DEPTHS = (0.05, 0.1, 0.2, 0.25, 0.4, 0.5)
@@ -36,8 +36,6 @@ FILMS = {
 }
 # The wavelengths in nanometres at which films are compared: their reflectance depends on it.
 WAVELENGTHS_NM = (450.0, 550.0, 650.0)
-# Stam's form divided by the albedo bound: what the materials of metals and films have.
-BOUNDED = "bounded Stam"
 _SAMPLES = 4096
 # RCWA needs more orders in a metal: at a wall the field of TM light is nearly singular.
 _METAL_EXTRA = 20
@@ -109,27 +107,9 @@ def scalar_orders(case: Grating) -> Iterator[tuple[int, float, dict[str, float]]
         yield order, round(float(np.degrees(np.arccos(min(wi[2], wr[2])))), 6), light
 
 
-def has_bound(case: Grating) -> bool:
-    """Whether the materials divide the case by its albedo bound: metals and films."""
+def holds_reflectance(case: Grating) -> bool:
+    """Whether a bake of the case holds its reflectance: metals and films."""
     return bool(complex(case.index).imag or case.films)
-
-
-@cache
-def albedo(case: Grating) -> float:
-    """The light of all orders by Stam's form if the surface reflected everything."""
-    most = int(2 * case.period) + 1
-    found = [(order, directions(case, order)) for order in range(-most, most + 1)]
-    return sum(
-        obliquity(*ways) * spectrum(case, order, ways[0][2] + ways[1][2]) for order, ways in found if ways is not None
-    )
-
-
-def bounded(case: Grating, order: int, stam: float) -> float:
-    """An order's light by Stam's form over the albedo bound (docs/theory.md, BRDF); in the plane of incidence."""
-    ways = directions(case, order)
-    assert ways is not None  # the order leaves the surface
-    from_order = replace(case, theta_deg=-float(np.degrees(np.arcsin(ways[1][0]))))
-    return stam / max(1.0, albedo(case), albedo(from_order))
 
 
 def flat_reflectance(case: Grating) -> float:
@@ -143,8 +123,7 @@ def measure(case: Grating) -> tuple[list[Row], Total]:
     rigorous = rigorous_orders(case, most, extra=extra_orders(case))
     rows = []
     for order, larger, light in scalar_orders(case):
-        extra = {BOUNDED: bounded(case, order, light["Stam"])} if has_bound(case) else {}
-        rows.append(Row(case, order, larger, float(rigorous[order + most]), light | extra))
+        rows.append(Row(case, order, larger, float(rigorous[order + most]), light))
     sums = {name: sum(row.scalar[name] for row in rows) for name in rows[0].scalar}
     return rows, Total(case, flat_reflectance(case), float(rigorous.sum()), sums)
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from ..study.efficiency import PROFILES
 from .rcwa import PARTS, Grating
+from .rcwa_orders_factors import RATIO
 from .rcwa_orders_rows import (
-    BOUNDED,
     DEEP,
     DEPTHS,
     FILMS,
@@ -24,8 +24,8 @@ from .rcwa_orders_rows import (
     extra_orders,
     films_of,
     flat_reflectance,
-    has_bound,
     has_scalar,
+    holds_reflectance,
     is_of,
     off_by,
     rigorous_orders,
@@ -54,7 +54,7 @@ def kept(rows: Iterable[Row]) -> list[Row]:
 
 
 def _is_keratin(case: Grating) -> bool:
-    return not has_bound(case)
+    return not holds_reflectance(case)
 
 
 def _groups() -> dict[str, Callable[[Row], bool]]:
@@ -161,7 +161,7 @@ def sums(totals: Sequence[Total]) -> str:
     for name, deepest in groups:
         belongs = _is_keratin if name == "keratin" else lambda case, name=name: is_of(case, name)
         chosen = [one for one in totals if one.case.depth <= deepest and belongs(one.case)]
-        forms = [form for form in (*_FORMS, BOUNDED) if chosen and form in chosen[0].scalar]
+        forms = [form for form in (*_FORMS, RATIO) if chosen and form in chosen[0].scalar]
         heads = "".join(f"{head:>32}" for head in ("RCWA", *forms))
         lines += ["", f"{name}, depth to {deepest:g}", f"{'light at':<10}{heads}"]
         for theta in SUM_ANGLES_DEG:

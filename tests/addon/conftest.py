@@ -58,7 +58,7 @@ def baked(scan, tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def mirror(scan, tmp_path_factory):
-    """The scan's bake of a mirror, with an albedo bound."""
+    """The scan's bake of a mirror."""
     return _bake(scan, tmp_path_factory.mktemp("mirror"), "--matter", "mirror")
 
 

@@ -4,7 +4,7 @@
 import subprocess
 import sys
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import SimpleNamespace
 
 import numpy as np
@@ -194,7 +194,7 @@ def baked(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def gold(tmp_path_factory):
-    """The same of gold, with an albedo bound: its file and its table."""
+    """The same of gold: its file and its table."""
     return _blazed(tmp_path_factory, "gold")
 
 
@@ -214,17 +214,6 @@ def _blazed(tmp_path_factory, matter: str):
 
 
 @pytest.fixture(scope="session")
-def steep(gold, tmp_path_factory):
-    """The same of gold with an albedo bound that differs between texels, even at the normal: its file and its table."""
-    table = gold[1]
-    excess = np.random.default_rng(0).random(table.excess_albedo.shape).astype(np.float32)
-    image, layout = atlas.pack(replace(table, excess_albedo=excess))
-    path = tmp_path_factory.mktemp("radiance") / "steep.exr"
-    atlas_file.write_together({path: (image, layout)}, {})
-    return path, atlas.unpack(image, layout)
-
-
-@pytest.fixture(scope="session")
 def skin(tmp_path_factory):
     """A shallow bake of the Elaphe sample with its sample set: its file and its table."""
     return _baked_by_command(tmp_path_factory, "elaphe")
@@ -232,7 +221,7 @@ def skin(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def mirror_skin(tmp_path_factory):
-    """The same as a perfect mirror, with an albedo bound."""
+    """The same as a perfect mirror."""
     return _baked_by_command(tmp_path_factory, "elaphe", "--matter", "mirror")
 
 

@@ -236,16 +236,16 @@ def test_a_mirror_shows_the_grating_once(stage, baked):
     np.testing.assert_allclose(stage.rgb(pixels=16), alone, rtol=1e-5)
 
 
-def test_a_bake_made_again_reaches_it(stage, baked, steep):
+def test_a_bake_made_again_reaches_it(stage, baked, gold):
     path, _ = baked
     add_screen(stage)
     carrier, lamp = add_lit(stage, path, SUN)
     add_diffraction_lamp()
     stage.rgb(pixels=PIXELS)
     grating = stage.scene.natural_gratings.active()
-    grating.bake_path = str(steep[0])
+    grating.bake_path = str(gold[0])
     stage.addon.making_materials.refresh_group(grating)
-    wanted = expected(screen_points(stage), steep[1], lamp, turn=np.eye(3))
+    wanted = expected(screen_points(stage), gold[1], lamp, turn=np.eye(3))
     close(stage.rgb(pixels=PIXELS), wanted)
 
 

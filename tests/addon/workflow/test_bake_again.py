@@ -103,7 +103,7 @@ def test_a_bake_written_over_is_assigned_anew(addon, scene, scan, tmp_path):
         np.testing.assert_array_equal(shown_image(grating.group), image_in(file))
 
 
-def test_a_metal_has_an_albedo_bound(grating):
+def test_a_metals_bake_holds_its_reflectance(grating):
     assert not read_header(grating.baked_file())[0].holds_reflectance
     grating.matter = "GOLD"
     assert bpy.ops.grating.bake() == {"FINISHED"}

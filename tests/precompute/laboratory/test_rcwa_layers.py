@@ -9,14 +9,11 @@ from laboratory.benchmarks.rcwa import Grating, fresnel
 from laboratory.benchmarks.rcwa_layers import reflected, slices
 from laboratory.benchmarks.rcwa_orders_factors import FACTORS, reflectance, small_slope_reflectance
 from laboratory.benchmarks.rcwa_orders_rows import (
-    BOUNDED,
     FILMS,
     METALS,
-    albedo,
     directions,
     films_of,
     is_of,
-    measure,
     rigorous_orders,
     spectrum,
 )
@@ -129,15 +126,6 @@ def test_in_the_mirror_image_the_form_of_films_is_their_reflectance():
         wi, wr = directions(Grating("binary", 1.5, 0.1, 40.0), 0)
         expected = reflectance(wi[2], index, films)
         assert small_slope_reflectance(wi, wr, index, films) == pytest.approx(expected, rel=1e-9), name
-
-
-def test_the_albedo_bound_holds():
-    """All orders by Stam's form, over the bound, have at most all of the light."""
-    case = Grating("blazed", 1.1, 0.2, 85.0, index=METALS["aluminium"])
-    rows, total = measure(case)
-    assert len(rows) > 1
-    assert total.scalar["Stam"] > 1 > total.scalar[BOUNDED]
-    assert total.scalar[BOUNDED] <= total.scalar["Stam"] / albedo(case) + 1e-12
 
 
 def test_each_film_is_known_by_its_name():

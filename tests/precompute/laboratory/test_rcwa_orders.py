@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from laboratory.benchmarks import rcwa_orders, rcwa_orders_tables
 from laboratory.benchmarks.rcwa import Grating, fresnel, reflected
-from laboratory.benchmarks.rcwa_orders_factors import FACTORS, reflectance
+from laboratory.benchmarks.rcwa_orders_factors import FACTORS, RATIO, reflectance
 from laboratory.benchmarks.rcwa_orders_rows import METALS, Row, directions, off_by, rigorous_orders, spectrum
-from precompute.optics.brdf import half_angle_cosine, scattering_factor
+from precompute.optics.brdf import RATIO_IOR, half_angle_cosine, scattering_factor
 from precompute.optics.fresnel import fresnel_reflectance
 
 pytestmark = pytest.mark.night("tests/precompute/optics/test_small_slope.py")
@@ -32,6 +32,7 @@ def test_at_a_real_index_the_factors_are_those_of_the_materials(light, view, ior
     over = wi[2] * (wi[2] + wr[2]) ** 2
     assert FACTORS["small slope"](wi, wr, ior) == pytest.approx(scattering_factor(wi, wr, ior) / over, rel=1e-9)
     assert FACTORS["Stam"](wi, wr, ior) == pytest.approx(scattering_factor(wi, wr, ior, stam=True) / over, rel=1e-9)
+    assert FACTORS[RATIO](wi, wr, RATIO_IOR) == pytest.approx(FACTORS["small slope"](wi, wr, RATIO_IOR), rel=1e-9)
     assert FACTORS["O = 1"](wi, wr, ior) == pytest.approx(fresnel_reflectance(half_angle_cosine(wi, wr), ior), rel=1e-9)
 
 

@@ -163,11 +163,10 @@ def test_the_figure_is_that_of_the_worst_exposure(truth, metal):
 
     reference, answer, drawn = [], [], []
     for t in truth:
-        half = (t.pairs.wi + t.pairs.wr) / 2
-        cosine = np.linalg.norm(half, axis=1)
-        factor = (2 * cosine**2) ** 2 / t.pairs.wr[:, 2]
-        if not metal:
-            factor = 4 * t.pairs.wi[:, 2] ** 2 * t.pairs.wr[:, 2] * small_slope_reflectance(t.pairs.wi, t.pairs.wr)
+        slopes = small_slope_reflectance(t.pairs.wi, t.pairs.wr, RATIO_IOR if metal else KERATIN_IOR)
+        factor = 4 * t.pairs.wi[:, 2] ** 2 * t.pairs.wr[:, 2] * slopes
+        if metal:
+            factor /= fresnel_reflectance(np.linalg.norm(t.pairs.wi + t.pairs.wr, axis=1) / 2, RATIO_IOR)
         over_w2 = t.scattered_xyz / t.w**2
         reference.append(factor[:, None] * over_w2)
         answer.append(factor[:, None] * fault(t.pairs.u, t.pairs.v, t.w, over_w2))
