@@ -100,7 +100,8 @@ def _inner_share(sine: np.ndarray) -> np.ndarray:
 
 def without_mirror(table: Table) -> Table:
     """The table of the scattered light alone."""
-    return replace(table, zero_order=np.zeros_like(table.zero_order))
+    gains = table.gains and replace(table.gains, mirror=np.zeros_like(table.gains.mirror))
+    return replace(table, zero_order=np.zeros_like(table.zero_order), gains=gains)
 
 
 def mirror_of(wr: np.ndarray) -> np.ndarray:
