@@ -3,7 +3,6 @@
 
 import math
 
-from ...precompute.optics.brdf import RATIO_IOR
 from ...precompute.optics.small_slope import IOR_MAX
 from ..nodes.builder import Tree, Value
 from .tangent_space import Direction
@@ -17,14 +16,14 @@ def dielectric_ior(tree: Tree, ior: Value) -> Value:
     return tree.minimum(ior, IOR_MAX)
 
 
-def small_slope_over_fresnel(tree: Tree, *, light: Direction, view: Direction, one_plus: Value) -> Value:
-    """Q over Fresnel's reflectance at the half angle, both at RATIO_IOR; arguments as in small_slope_reflectance."""
-    less_one, cosine2 = RATIO_IOR**2 - 1, one_plus * 0.5
+def small_slope_over_fresnel(tree: Tree, ior: float, *, light: Direction, view: Direction, one_plus: Value) -> Value:
+    """Q over Fresnel's reflectance at the half angle; arguments as in small_slope_reflectance."""
+    less_one, cosine2 = ior**2 - 1, one_plus * 0.5
     cosine = tree.sqrt(cosine2)
     total = tree.sqrt(cosine2 + less_one) + cosine
     # Fresnel's reflectance is (less_one / total^2)^2 (1 + tm^2) / 2, with the amplitude tm of TM over that of TE.
     tm = cosine.times_plus(total, -1.0) / (cosine / total).times_plus(less_one, 1.0)
-    slopes = small_slope_reflectance(tree, RATIO_IOR, light=light, view=view, one_plus=one_plus)
+    slopes = small_slope_reflectance(tree, ior, light=light, view=view, one_plus=one_plus)
     return slopes * tree.squared(tree.squared(total)) * (2 / less_one**2) / tm.times_plus(tm, 1.0)
 
 

@@ -105,7 +105,7 @@ def errors(seen: Sequence[Seen], table: Table, lamp: str) -> dict[str, float]:
     weights = _weights_at_each_nanometre(lamp)
     true, found = [], []
     for each in seen:
-        factor = each.pairs.radiance_factor(holds_reflectance=table.holds_reflectance)[:, None]
+        factor = each.pairs.radiance_factor(ratio_ior=table.ratio_ior)[:, None]
         true.append(factor * each.density.T @ weights / each.w**2 @ rgb_from_xyz().T)
         found.append(factor * table.channels_over_w2(each.pairs.u, each.pairs.v, each.w) @ to_lamp.T)
     return _compared(np.concatenate(true), np.concatenate(found))

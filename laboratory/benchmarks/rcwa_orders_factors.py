@@ -7,7 +7,7 @@ The efficiency of order m is a factor times |c_m(w)|^2, the relief's own spectru
     O = 1           R(half angle)
     Harvey-Shack    R(half angle) w^2 / (4 cos(ti) cos(tr))               (Krywonos 2006)
     small slope     4 cos(ti) cos(tr) Q / w^2                             (Voronovich 1994)
-    ratio form      R(half angle) times small slope over Fresnel's reflectance, both at RATIO_IOR
+    ratio form      R(half angle) times small slope over Fresnel's reflectance, both at the substrate's ratio_ior
 
 All take unit vectors wi (3,) to the light and wr (3,) along the order, the index of refraction n + ik, and the films on
 it (index and thickness in wavelengths, the outermost first). The add-on has the same formulas for real indices without
@@ -19,7 +19,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from precompute.optics.brdf import scattering_factor
+from precompute.optics.brdf import ratio_ior_of, scattering_factor
 from precompute.reflectance.films import stack_reflectance
 
 from .rcwa import Films
@@ -111,7 +111,7 @@ def _small_slope(wi: np.ndarray, wr: np.ndarray, index: complex, films: Films = 
 
 
 def _ratio(wi: np.ndarray, wr: np.ndarray, index: complex, films: Films = ()) -> float:
-    factor = float(scattering_factor(wi, wr, None)) / (wi[2] * (wi[2] + wr[2]) ** 2)
+    factor = float(scattering_factor(wi, wr, ratio_ior=ratio_ior_of(index))) / (wi[2] * (wi[2] + wr[2]) ** 2)
     return _half(wi, wr, index, films) * factor
 
 

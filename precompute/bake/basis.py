@@ -98,7 +98,7 @@ def comparison(table: Table, illuminant: str) -> Callable[[Table], tuple[Errors,
         answers = {one.w: other.candidate(one.pairs.u, one.pairs.v, one.w) for one in found}
 
         def over(truths: list[Truth]) -> Errors:
-            return measure(truths, lambda u, v, w: answers[w], illuminant, holds_reflectance=table.holds_reflectance)
+            return measure(truths, lambda u, v, w: answers[w], illuminant, ratio_ior=table.ratio_ior)
 
         return over(found), max((over([one]).p99 for one in found if len(one.pairs.wi)), default=0.0)
 

@@ -63,7 +63,9 @@ def largest_albedo(
         weights = (pieces[piece, real] * powers).sum(axis=1) / lam**2
         ways = np.broadcast_to(wi, wr.shape)
         reflectance = curves[own[real], np.rint(half_angle_cosine(ways, wr) * (_COSINES - 1)).astype(int)]
-        return float((weights * reflectance * scattering_factor(ways, wr, None)).sum() / (wi[2] * len(q)))
+        return float(
+            (weights * reflectance * scattering_factor(ways, wr, ratio_ior=matter.ratio_ior)).sum() / (wi[2] * len(q))
+        )
 
     found = 1.0
     for cosine, ways in _lights(finer):

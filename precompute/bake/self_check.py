@@ -24,7 +24,7 @@ from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, seen_wavelengt
 from ..measure.errors import Errors, Truth, measure
 from ..measure.pairs import Pairs, draw_w
 from ..measure.truths import Binned, Spectrum, draw_pairs
-from ..optics.brdf import half_angle_cosine
+from ..optics.brdf import NO_RATIO, half_angle_cosine
 from ..optics.plate import least_cosine
 from ..spectra.density import CUT, density_at
 from ..spectra.fast import exact_error
@@ -53,11 +53,11 @@ class Judge:
 
     errors_of  a function that measures the errors of a plan's table
     lamps      the truths of each lamp, XYZ beside daylight as white; empty for a bake under another light than daylight
-    holds_reflectance  whether table and truths hold the reflectance of their matter"""
+    ratio_ior  the index of the ratio form, if table and truths hold the reflectance of their matter; else NO_RATIO"""
 
     errors_of: Callable[[Table], Errors]
     lamps: dict[str, list[Truth]] = field(default_factory=dict)
-    holds_reflectance: bool = False
+    ratio_ior: float = NO_RATIO
 
     def errors_under_lamps(self, table: Table) -> dict[str, Errors]:
         """The errors of a table's colours under each lamp, at the exposure with the largest 95th percentile."""
@@ -67,8 +67,7 @@ class Judge:
         def errors(lamp: str, truths: list[Truth]) -> Errors:
             matrix = lamp_matrix(table.illuminant, lamp).T
             answers = {t.w: (channels @ matrix, z) for t, (channels, z) in zip(truths, answered, strict=True)}
-            held = self.holds_reflectance
-            return measure(truths, lambda u, v, w: answers[w], holds_reflectance=held, worst_by="p95")
+            return measure(truths, lambda u, v, w: answers[w], ratio_ior=self.ratio_ior, worst_by="p95")
 
         return {lamp: errors(lamp, truths) for lamp, truths in self.lamps.items()}
 
@@ -112,10 +111,10 @@ def judge(reliefs: Sequence[Relief], chosen: Plan, illuminant: str, *, progress:
     )
 
     def errors_of(table: Table) -> Errors:
-        errors = measure(own, table.candidate, illuminant, holds_reflectance=chosen.holds_reflectance)
+        errors = measure(own, table.candidate, illuminant, ratio_ior=chosen.matter.ratio_ior)
         return errors.worse_by(_DELTA_E_PER_UNIT * lacking, lacking)
 
-    return Judge(errors_of, dict(zip(lamps, of_lamps, strict=True)), chosen.holds_reflectance)
+    return Judge(errors_of, dict(zip(lamps, of_lamps, strict=True)), chosen.matter.ratio_ior)
 
 
 def _affordable_pairs(chosen: Plan) -> int:

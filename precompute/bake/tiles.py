@@ -46,7 +46,7 @@ def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent
     if chosen.matter.has_plate:
         gains = plate_gains(chosen.ensemble, chosen.sigma_b, matter=chosen.matter, illuminant=illuminant)
     return Table(
-        terms, zero_order, chosen.sigma_b, chosen.texel, illuminant, chosen.holds_reflectance, (v[0], u[0]),
+        terms, zero_order, chosen.sigma_b, chosen.texel, illuminant, chosen.matter.ratio_ior, (v[0], u[0]),
         chosen.w_range, chosen.precision, plate_ior=chosen.matter.plate_ior, largest_albedo=chosen.largest_albedo,
         gains=gains,
     )  # fmt: skip

@@ -31,7 +31,7 @@ import numpy as np
 from ..colour.channels import channel_weights
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, seen_wavelengths
 from ..maths import bspline, chebyshev
-from ..optics.brdf import RATIO_IOR, half_angle_cosine
+from ..optics.brdf import half_angle_cosine
 from ..optics.fresnel import fresnel_reflectance
 from ..optics.plate import face_reflectance
 from ..optics.small_slope import small_slope_reflectance
@@ -64,7 +64,7 @@ def plate_gains(ensemble: Sequence[SpectrumSeries], sigma_b: float, *, matter: M
     ior = matter.plate_ior
     lambdas = seen_wavelengths(np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, _WAVELENGTHS), illuminant)
     weights = channel_weights(lambdas, illuminant)
-    orders, grid = _Orders.of(ensemble), _Grid.under(ior)
+    orders, grid = _Orders.of(ensemble), _Grid.under(ior, matter.ratio_ior)
     reliefs = [_Relief.of(orders, matter, float(lam)) for lam in lambdas]
     luminances = weights[:, 1] / weights[:, 1].sum()
     mean_zero = luminances @ [relief.zero_curve for relief in reliefs]
@@ -114,12 +114,12 @@ def _at(curve: np.ndarray, cosine: np.ndarray) -> np.ndarray:
     return np.interp(cosine, np.linspace(0, 1, len(curve)), curve)
 
 
-def _factor(k: np.ndarray, out: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _factor(k: np.ndarray, out: np.ndarray, ratio_ior: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """For light that travels at k (..., 2) and leaves at `out` (..., 2): S without the reflectance and without the
     spectrum over w^2; then w, and the cosine of the half angle; each (...,)."""
     wi, wr = (np.concatenate([way, _cosine(way)[..., None]], axis=-1) for way in np.broadcast_arrays(-k, out))
     half = half_angle_cosine(wi, wr)
-    slopes = small_slope_reflectance(wi, wr, RATIO_IOR) / fresnel_reflectance(half, RATIO_IOR)
+    slopes = small_slope_reflectance(wi, wr, ratio_ior) / fresnel_reflectance(half, ratio_ior)
     factor = 4 * wi[..., 2] * wr[..., 2] * slopes
     return factor, wi[..., 2] + wr[..., 2], half
 
@@ -131,7 +131,8 @@ class _Grid:
     k, cosine, face  (n, 2), (n,), and the share r of the plate's face (n,)
     places           (a, a), the numbers of the directions; -1 beyond the horizon
     near, inner      the numbers of the directions that leave the plate or are beside such; and of those that leave it
-    rim, horizon     within these |k| all four neighbours are in `inner`; are directions"""
+    rim, horizon     within these |k| all four neighbours are in `inner`; are directions
+    ratio_ior        the index of the matter's ratio form"""
 
     k: np.ndarray
     cosine: np.ndarray
@@ -141,11 +142,12 @@ class _Grid:
     inner: np.ndarray
     rim: float
     horizon: float
+    ratio_ior: float
 
     @cached_property
     def factor(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """_factor (n, n) float32 of each pair."""
-        factor, w, half = _factor(self.k[:, None], self.k)
+        factor, w, half = _factor(self.k[:, None], self.k, self.ratio_ior)
         return factor.astype(np.float32), w.astype(np.float32), half.astype(np.float32)
 
     @cached_property
@@ -156,7 +158,7 @@ class _Grid:
         return y * (4 * _STEPS + 1) + x
 
     @classmethod
-    def under(cls, ior: float) -> "_Grid":
+    def under(cls, ior: float, ratio_ior: float) -> "_Grid":
         """The grid under a plate."""
         axis = np.arange(-_STEPS, _STEPS + 1) / _STEPS
         x, y = np.meshgrid(axis, axis)
@@ -165,7 +167,7 @@ class _Grid:
         k = np.stack([x[real], y[real]], axis=-1)
         radius, diagonal = np.hypot(*k.T), np.sqrt(2) / _STEPS
         near, inner = (np.flatnonzero(radius < 1 / ior + more) for more in (diagonal, 0))
-        return cls(k, _cosine(k), _face(k, ior), places, near, inner, 1 / ior - diagonal, 1 - diagonal)
+        return cls(k, _cosine(k), _face(k, ior), places, near, inner, 1 / ior - diagonal, 1 - diagonal, ratio_ior)
 
     def _cells(self, k: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
         """Numbers and shares (..., 4) of the directions around k (..., 2), which is moved inwards to |k| = reach."""
@@ -260,13 +262,15 @@ class _Relief:
 
     reflectance  the matter's, (_SAMPLES,) over the cosine of the half angle
     zero_curve   Z (_SAMPLES,) over the cosine of a direction inside
-    over_w2      the orders' efficiencies over w^2 (m, _SAMPLES), over w / 2"""
+    over_w2      the orders' efficiencies over w^2 (m, _SAMPLES), over w / 2
+    ratio_ior    the index of the matter's ratio form"""
 
     orders: _Orders
     lam: float
     reflectance: np.ndarray
     zero_curve: np.ndarray
     over_w2: np.ndarray
+    ratio_ior: float
 
     @classmethod
     def of(cls, orders: _Orders, matter: Matter, lam: float) -> "_Relief":
@@ -275,7 +279,7 @@ class _Relief:
         reflectance = matter.reflectance(np.array([lam]), cosine)[0]
         zero = sum(series.zero_order(2 * cosine / lam) for series in ensemble) / len(ensemble)
         over_w2 = orders.over_s2 @ ensemble[0].weights(2 * cosine / lam).T / lam**2
-        return cls(orders, lam, reflectance, zero * reflectance, over_w2)
+        return cls(orders, lam, reflectance, zero * reflectance, over_w2, matter.ratio_ior)
 
     def spread(self, grid: _Grid, sigma_b: float) -> np.ndarray:
         """S (n, n) of the light that is no order, times the area of a step of k."""
@@ -314,7 +318,7 @@ class _Relief:
 
     def _efficiency(self, order: np.ndarray, k: np.ndarray, out: np.ndarray) -> np.ndarray:
         """S (...,) from k (..., 2) to `out` (..., 2) by an order, as in _Orders.between."""
-        factor, w, half = _factor(k, out)
+        factor, w, half = _factor(k, out, self.ratio_ior)
         curves = np.concatenate([np.zeros((2, _SAMPLES)), self.over_w2])
         at = np.minimum(w / 2 * (_SAMPLES - 1), _SAMPLES - 1 - 1e-9)
         below = at.astype(int)

@@ -82,7 +82,7 @@ def _measured(stored: Table, level: float, truths: list[Truth], illuminant: str)
     w = np.repeat([truth.w for truth in truths], counts)
     light = np.split(stored.scattered_over_w2(u, v, w, variance=_added(stored, level)), np.cumsum(counts)[:-1])
     answers = {truth.w: (each, stored.zero_order_xyz(truth.w)) for truth, each in zip(truths, light, strict=True)}
-    return measure(truths, lambda u, v, w: answers[w], illuminant, holds_reflectance=stored.holds_reflectance)
+    return measure(truths, lambda u, v, w: answers[w], illuminant, ratio_ior=stored.ratio_ior)
 
 
 def _with(first: Errors, wide: Errors) -> Errors:

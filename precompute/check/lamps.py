@@ -72,7 +72,6 @@ def of_lamps(table: Table, truths: Mapping[str, Sequence[Truth]], claimed: Mappi
     def errors(lamp: str) -> Errors:
         matrix, own = lamp_matrix(table.illuminant, lamp).T, list(truths[lamp])
         under = {t.w: (light @ matrix, mirrored @ matrix) for t, (light, mirrored) in zip(own, held, strict=True)}
-        reflects = table.holds_reflectance
-        return measure(own, lambda u, v, w: under[w], holds_reflectance=reflects, worst_by="p95")
+        return measure(own, lambda u, v, w: under[w], ratio_ior=table.ratio_ior, worst_by="p95")
 
     return {lamp: Lamp(errors(lamp), claimed[lamp]) for lamp in truths}

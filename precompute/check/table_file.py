@@ -39,6 +39,7 @@ _REALS = {
     "v_first": (-16.0, 16.0),
     "w_min": (0.0, 2.0),
     "w_max": (0.0, 2.0),
+    "ratio_ior": (1.0, 3.0),
     "plate_ior": (1.0, 3.0),
     "largest_albedo": (1.0, 16.0),
 }
@@ -56,7 +57,7 @@ class Table:
     terms       (K, rows, columns, channels), terms of the channels over w^2; the first axis of a tile runs along +v,
                 the second along +u; the outer two texels on every side serve interpolation only
     zero_order  the zero order's channels (n, channels) at equal steps of w from 0 to 2
-    holds_reflectance  whether it holds its matter's reflectance
+    ratio_ior   the index of the ratio form, if it holds its matter's reflectance; else 1
     first       (u, v) of the first texel's centre
     texel       distance of the texels in u and v
     w_range     range of w that the terms cover
@@ -75,7 +76,7 @@ class Table:
 
     terms: np.ndarray
     zero_order: np.ndarray
-    holds_reflectance: bool
+    ratio_ior: float
     first: tuple[float, float]
     texel: float
     w_range: tuple[float, float]
@@ -91,7 +92,7 @@ class Table:
     @property
     def matter(self) -> Matter:
         """What reflects in the table's light; a mirror, if the table does not hold the reflectance."""
-        return parse(self.record["request"]["matter"]) if self.holds_reflectance else MIRRORING
+        return parse(self.record["request"]["matter"]) if self.ratio_ior > 1 else MIRRORING
 
     @property
     def region(self) -> Region:
@@ -199,8 +200,6 @@ def _fault_of_layout(layout: object, picture: Picture) -> str:
     for name in _COUNTS:
         if type(layout.get(name)) is not int or not 1 <= layout[name] <= max(picture.shape):
             return name
-    if type(layout.get("holds_reflectance")) is not bool:
-        return "holds_reflectance"
     for name, (low, high) in _REALS.items():
         if type(layout.get(name)) not in (int, float) or not low <= layout[name] <= high:
             return name
@@ -253,7 +252,7 @@ def _fault_of_provenance(record: dict[str, Any]) -> str:
     request = record.get("request")
     matter = request.get("matter", DIELECTRIC) if isinstance(request, dict) else DIELECTRIC
     layout = record["layout"]
-    if _held(matter) != (layout["holds_reflectance"], layout["plate_ior"]):
+    if _held(matter) != (layout["ratio_ior"], layout["plate_ior"]):
         return "matter"
     if type(asked) not in (int, float) or not 0 < asked < 100:
         return "asked_delta_e"
@@ -264,13 +263,13 @@ def _fault_of_provenance(record: dict[str, Any]) -> str:
     return ""
 
 
-def _held(matter: object) -> tuple[bool, float] | None:
-    """Whether a table of a matter holds its reflectance, and the index of its plate; None for what is no matter."""
+def _held(matter: object) -> tuple[float, float] | None:
+    """The indices of a matter's ratio form and of its plate; None for what is no matter."""
     try:
         found = parse(matter) if isinstance(matter, str) else None
     except GratingError:
         return None
-    return None if found is None else (found.baked, found.plate_ior)
+    return None if found is None else (found.ratio_ior, found.plate_ior)
 
 
 def _table(image: np.ndarray, record: dict[str, Any]) -> Table:
@@ -293,7 +292,7 @@ def _table(image: np.ndarray, record: dict[str, Any]) -> Table:
         terms=levels[0],
         zero_order=np.hstack([image[_STRIP * triple, :samples] for triple in range(triples)]).astype(float)
         * layout["largest_albedo"],
-        holds_reflectance=layout["holds_reflectance"],
+        ratio_ior=layout["ratio_ior"],
         first=(layout["u_first"], layout["v_first"]),
         texel=layout["texel"],
         w_range=(layout["w_min"], layout["w_max"]),

@@ -170,7 +170,7 @@ def check(
         wide=measured_under(table, under),
         wide_claimed=claimed(table.record),
         lamps=of_lamps(table, of_each, claimed_of_lamps),
-        shown=shown_against(truth, table.candidate, table.illuminant, holds_reflectance=table.holds_reflectance),
+        shown=shown_against(truth, table.candidate, table.illuminant, ratio_ior=table.ratio_ior),
         w=[t.w for t in truth],
         step_m=step_m,
         seconds=time.perf_counter() - started,
@@ -266,12 +266,12 @@ def _draw_w(w_range: tuple[float, float], count: int, rng: np.random.Generator, 
 
 
 def _measured(table: Table, truth: list[Truth]) -> Errors:
-    return measure(truth, table.candidate, table.illuminant, holds_reflectance=table.holds_reflectance)
+    return measure(truth, table.candidate, table.illuminant, ratio_ior=table.ratio_ior)
 
 
 def _rings(table: Table, truth: list[Truth]) -> list[Ring]:
     parts = [[_in_ring(t, low, high) for t in truth] for low, high in zip(RINGS, RINGS[1:], strict=False)]
-    light = [sum(_light(t, holds_reflectance=table.holds_reflectance) for t in part) for part in parts]
+    light = [sum(_light(t, ratio_ior=table.ratio_ior) for t in part) for part in parts]
     found = []
     for low, high, part, lit in zip(RINGS, RINGS[1:], parts, light, strict=False):
         pairs = sum(len(t.scattered_xyz) for t in part)
@@ -287,10 +287,8 @@ def _rings(table: Table, truth: list[Truth]) -> list[Ring]:
     return found
 
 
-def _light(truth: Truth, *, holds_reflectance: bool) -> float:
-    return (
-        float(truth.pairs.radiance_factor(holds_reflectance=holds_reflectance) @ truth.scattered_xyz[:, 1]) / truth.w**2
-    )
+def _light(truth: Truth, *, ratio_ior: float) -> float:
+    return float(truth.pairs.radiance_factor(ratio_ior=ratio_ior) @ truth.scattered_xyz[:, 1]) / truth.w**2
 
 
 def _in_ring(truth: Truth, low: float, high: float) -> Truth:

@@ -86,7 +86,7 @@ def _measured(table: Table, truths: list[Truth], sigma: float) -> Errors:
     def candidate(u: np.ndarray, v: np.ndarray, w: float) -> tuple[np.ndarray, np.ndarray]:
         return table.scattered_over_w2(u, v, w, variance=variance), table.zero_order_xyz(w)
 
-    return measure(truths, candidate, table.illuminant, holds_reflectance=table.holds_reflectance)
+    return measure(truths, candidate, table.illuminant, ratio_ior=table.ratio_ior)
 
 
 def claimed(record: dict[str, Any]) -> float:

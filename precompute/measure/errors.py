@@ -16,6 +16,7 @@ import numpy as np
 
 from ..colour.difference import delta_e_2000, lab
 from ..colour.observer import white_xyz
+from ..optics.brdf import NO_RATIO
 from .pairs import Pairs
 
 # The share of the light, |dY| / Y, that may be wrong if a dE00 of 1 or less is asked for; for more, it grows in
@@ -136,16 +137,16 @@ def measure(
     candidate: Candidate,
     illuminant: str = "D65",
     *,
-    holds_reflectance: bool = False,
+    ratio_ior: float = NO_RATIO,
     worst_by: str = "p99",
 ) -> Errors:
-    """Measure a candidate against the truth. Both are of a dielectric, or hold the reflectance of their matter.
-    `worst_by` names the figure by which an exposure is the worst.
+    """Measure a candidate against the truth. Both are of a dielectric, or hold the reflectance of their matter, whose
+    ratio form has the index `ratio_ior`. `worst_by` names the figure by which an exposure is the worst.
 
     A candidate that returns NaN or infinity has infinite errors of colour."""
     references, answers, zero = [], [], []
     for t in truth:
-        factor = t.pairs.radiance_factor(holds_reflectance=holds_reflectance)[:, None]
+        factor = t.pairs.radiance_factor(ratio_ior=ratio_ior)[:, None]
         scattered, zero_order = candidate(t.pairs.u, t.pairs.v, t.w)
         references.append(factor * t.scattered_xyz / t.w**2)
         answers.append(factor * scattered)

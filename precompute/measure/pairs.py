@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..optics.brdf import scattering_factor
-from ..optics.fresnel import KERATIN_IOR
+from ..optics.brdf import NO_RATIO, scattering_factor
 from ..optics.region import Region
 
 
@@ -36,10 +35,10 @@ class Pairs:
         """The pairs that a mask (n,), a list of indices or a slice keeps."""
         return Pairs(self.wi[kept], self.wr[kept], self.drawn[kept])
 
-    def radiance_factor(self, *, holds_reflectance: bool = False) -> np.ndarray:
+    def radiance_factor(self, *, ratio_ior: float = NO_RATIO) -> np.ndarray:
         """The factor (n,) that turns scattered XYZ over w^2 into radiance under unit irradiance: for keratin's index of
-        refraction, or for light that holds its reflectance."""
-        return scattering_factor(self.wi, self.wr, None if holds_reflectance else KERATIN_IOR)
+        refraction, or in the ratio form of `ratio_ior` for light that holds its reflectance."""
+        return scattering_factor(self.wi, self.wr, ratio_ior=ratio_ior)
 
 
 def draw_w(count: int, rng: np.random.Generator, *, least: float = 0.0) -> np.ndarray:

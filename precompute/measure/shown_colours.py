@@ -42,13 +42,13 @@ class ShownColours:
 Shown = dict[str, ShownColours]
 
 
-def shown_against(truth: Sequence[Truth], candidate: Candidate, illuminant: str, *, holds_reflectance: bool) -> Shown:
+def shown_against(truth: Sequence[Truth], candidate: Candidate, illuminant: str, *, ratio_ior: float) -> Shown:
     """What each space does to a candidate's colours, against the truth's, at the pairs that are spread over all
     directions."""
     parts = []
     for each in truth:
         spread = each.only(~each.pairs.drawn)
-        factor = spread.pairs.radiance_factor(holds_reflectance=holds_reflectance)[:, None]
+        factor = spread.pairs.radiance_factor(ratio_ior=ratio_ior)[:, None]
         found = candidate(spread.pairs.u, spread.pairs.v, each.w)[0]
         parts.append(np.stack([factor * spread.scattered_xyz / each.w**2, factor * found]))
     if not parts:

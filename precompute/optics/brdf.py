@@ -8,11 +8,10 @@ normal, and w = cos(ti) + cos(tr).
 import numpy as np
 
 from .fresnel import KERATIN_IOR, fresnel_reflectance
-from .small_slope import small_slope_times_cosine_and_w2
+from .small_slope import IOR_MAX, small_slope_times_cosine_and_w2
 
-# The index of refraction of the ratio form. In comparisons with Maxwell's equations on metals and films it is the best
-# index from 1.5 to 3, up to the last 15 degrees above the horizon (docs/theory.md, BRDF).
-RATIO_IOR = 1.5
+# The least index of the ratio form, a perfect mirror's; and what a table without the ratio form has in its place.
+RATIO_IOR, NO_RATIO = 1.5, 1.0
 
 
 def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -34,18 +33,28 @@ def obliquity_times_cosine_and_w2(wi: np.ndarray, wr: np.ndarray) -> np.ndarray:
     return (1 + dot(wi, wr)) ** 2 / np.maximum(wr[..., 2], 1e-6)
 
 
+def ratio_ior_of(index: complex) -> float:
+    """The index of the ratio form on a substrate of index n + ik: |n + ik|, from RATIO_IOR to IOR_MAX.
+
+    |n + ik| sets how Q falls towards the horizon. In comparisons with Maxwell's equations
+    on metals it is as good as RATIO_IOR up to 60 degrees, and better beyond (docs/theory.md, BRDF)."""
+    return min(max(abs(index), RATIO_IOR), IOR_MAX)
+
+
 def scattering_factor(
-    wi: np.ndarray, wr: np.ndarray, ior: float | np.ndarray | None = KERATIN_IOR, *, stam: bool = False
-) -> np.ndarray:
+    wi: np.ndarray, wr: np.ndarray, ior: float | np.ndarray = KERATIN_IOR, *, ratio_ior: float = NO_RATIO,
+    stam: bool = False,
+) -> np.ndarray:  # fmt: skip
     """What turns a bake's scattered XYZ over w^2 into radiance under unit irradiance (...,), for unit directions.
 
     A dielectric has the small slope approximation (small_slope.py), or with `stam` Stam's form: Fresnel's reflectance
-    at the half angle times the obliquity. `ior` is None for a table that holds its matter's reflectance. The factor is
-    then either form at RATIO_IOR over Fresnel's reflectance there, so Stam's obliquity alone or the ratio form."""
+    at the half angle times the obliquity. A table that holds its matter's reflectance has either form at `ratio_ior`
+    over Fresnel's reflectance there: the ratio form, or Stam's obliquity alone."""
+    held = ratio_ior != NO_RATIO
     if stam:
-        reflectance = 1.0 if ior is None else fresnel_reflectance(half_angle_cosine(wi, wr), ior)
+        reflectance = 1.0 if held else fresnel_reflectance(half_angle_cosine(wi, wr), ior)
         return reflectance * obliquity_times_cosine_and_w2(wi, wr)
-    if ior is None:
-        reflectance = fresnel_reflectance(half_angle_cosine(wi, wr), RATIO_IOR)
-        return small_slope_times_cosine_and_w2(wi, wr, RATIO_IOR) / reflectance
+    if held:
+        reflectance = fresnel_reflectance(half_angle_cosine(wi, wr), ratio_ior)
+        return small_slope_times_cosine_and_w2(wi, wr, ratio_ior) / reflectance
     return small_slope_times_cosine_and_w2(wi, wr, ior)

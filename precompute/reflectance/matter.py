@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..optics.brdf import NO_RATIO, RATIO_IOR, ratio_ior_of
 from ..optics.plate import NO_PLATE
 from .films import stack_reflectance
 from .metals import metal_index
@@ -15,6 +16,9 @@ DIELECTRIC, MIRROR = "dielectric", "mirror"
 AIR = "air"
 # The word for a plate in a text.
 PLATE = "plate"
+
+# The wavelength at which a metal has the index of its ratio form: (1,) in metres.
+_RATIO_M = np.array([550e-9])
 
 # A complex index n + ik, or the name of a metal.
 Index = complex | str
@@ -73,6 +77,16 @@ class Matter:
     def opaque(self) -> bool:
         """Whether nothing is seen through it, as on a metal."""
         return isinstance(self.substrate, str) and self.substrate != DIELECTRIC
+
+    @property
+    def ratio_ior(self) -> float:
+        """The index of the ratio form (optics/brdf.py), from the substrate's index at 550 nm relative to the plate. A
+        mirror has RATIO_IOR, a dielectric NO_RATIO."""
+        if self.substrate == MIRROR:
+            return RATIO_IOR
+        if not self.baked:
+            return NO_RATIO
+        return ratio_ior_of(complex(_values(self.substrate, _RATIO_M)[0]) / self.plate_ior)
 
     @property
     def has_plate(self) -> bool:

@@ -29,8 +29,10 @@ import numpy as np
 
 from ..colour.channels import channel_count
 from ..colour.illuminants import is_illuminant
+from ..optics.brdf import NO_RATIO, RATIO_IOR
 from ..optics.plate import NO_PLATE, PLATE_IOR_MAX
 from ..optics.region import FARTHEST, Region
+from ..optics.small_slope import IOR_MAX
 from .plate_gains import GAIN_TEXELS, PlateGains
 from .table import Table, past_end
 from .tiling import COARSER_MAX, LEVELS_MAX, PICTURE_SIDE_MAX, SPACINGS, TERMS_MAX, TILE_PADDING, Cell, Spacing, grid
@@ -64,7 +66,7 @@ class Layout:
     follow from level_ratio and level_offset, and whose texels are coarser by level_coarser. `texel` is the step of
     u and v per texel on level 0. Tiles are stored divided by `scale`. A term's function of w sums `polynomials`
     Chebyshev polynomials; `basis` holds the coefficients, term by term. Under a plate of the index plate_ior, which
-    else is 1, u, v and w are those of the directions inside. `holds_reflectance` and `largest_albedo` are the
+    else is 1, u, v and w are those of the directions inside. `ratio_ior` and `largest_albedo` are the
     table's (table.py)."""
 
     terms: int
@@ -89,10 +91,15 @@ class Layout:
     sigma_b: float
     scale: float
     zero_order_samples: int
-    holds_reflectance: bool
+    ratio_ior: float
     largest_albedo: float
     plate_ior: float
     illuminant: str
+
+    @property
+    def holds_reflectance(self) -> bool:
+        """Whether the table holds its matter's reflectance."""
+        return self.ratio_ior != NO_RATIO
 
     @property
     def triples(self) -> int:
@@ -177,6 +184,7 @@ class Layout:
             and all(type(each) in (int, float) and abs(each) <= _COEFFICIENT_MAX for each in self.basis)
             and (self.cell_rows, self.cell_columns) == self.cell.size
             and self.curve_rows + self.gain_texels == self.strip_rows
+            and (self.ratio_ior == NO_RATIO or RATIO_IOR <= self.ratio_ior <= IOR_MAX)
             and 1 <= self.largest_albedo <= (_ALBEDO_MAX if self.holds_reflectance else 1)
             and _KERNELS[0] <= self.sigma_b <= _KERNELS[1]
             and _SCALES[0] <= self.scale <= _SCALES[1]
@@ -250,7 +258,7 @@ def layout_of(bake: Table) -> Layout:
         sigma_b=bake.sigma_b,
         scale=2.0 ** math.ceil(math.log2(peak / LARGEST_STORED)),
         zero_order_samples=len(bake.zero_order),
-        holds_reflectance=bake.holds_reflectance,
+        ratio_ior=bake.ratio_ior,
         largest_albedo=bake.largest_albedo,
         plate_ior=bake.plate_ior,
         illuminant=bake.illuminant,
@@ -296,7 +304,7 @@ def unpack(image: np.ndarray, layout: Layout) -> Table:
         gains = PlateGains(scattered[..., 0], np.concatenate(mirror, axis=-1))
     first, w_range = (layout.v_first, layout.u_first), (layout.w_min, layout.w_max)
     return Table(
-        terms, zero_order, layout.sigma_b, layout.texel, layout.illuminant, layout.holds_reflectance, first,
+        terms, zero_order, layout.sigma_b, layout.texel, layout.illuminant, layout.ratio_ior, first,
         w_range, image.dtype.type,
         tuple(wider), layout.spacing, layout.level_coarser,
         np.reshape(layout.basis, (layout.terms, layout.polynomials)).astype(float), layout.plate_ior,

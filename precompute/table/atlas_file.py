@@ -150,7 +150,7 @@ def _parse(picture: Picture) -> tuple[Layout, dict[str, Any]]:
         told = f"holds {precision}, not its header's {record['precision']!r:.20}"
         raise GratingError(picture.path, told, "bake it again")
     matter = matter_in(layout, record, picture.path)
-    if (matter.baked, matter.plate_ior) != (layout.holds_reflectance, layout.plate_ior):
+    if (matter.ratio_ior, matter.plate_ior) != (layout.ratio_ior, layout.plate_ior):
         raise GratingError(picture.path, "its header's matter does not fit its picture", "bake it again")
     return layout, record
 

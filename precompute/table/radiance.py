@@ -57,7 +57,7 @@ def reflected_xyz(
     Q is the small slope reflectance (optics/small_slope.py), R the Fresnel reflectance at the half angle, S the table's
     scattered XYZ over w^2, 0 outside the table, and Z the colour of its zero order. The kernel is that of a lamp's
     image in a mirror (optics/mirror_image.py). p is the period scale and c the height scale. A table that holds its
-    matter's reflectance has Q / R at RATIO_IOR (optics/brdf.py) in place of Q, and 1 in place of R. `stam` asks for
+    matter's reflectance has Q / R at its ratio_ior (optics/brdf.py) in place of Q, and 1 in place of R. `stam` asks for
     Stam's form (Stam 1999, equation 5), in a single pass through a plate. Under a plate, the scattered light has the
     directions inside, and is multiplied by what the plate lets through and by its refraction (plate_gains.py,
     optics/plate.py). The disc's variance is then divided by the square of the plate's index."""
@@ -73,15 +73,14 @@ def reflected_xyz(
         through = passed(wi, wr, plate_ior) if gains is None else gains.of_scattered(wi, wr)
         let_out = np.reshape(through * refracted(wi, plate_ior), (-1, 1))
         wi, wr = inside_plate(wi, plate_ior), inside_plate(wr, plate_ior)
-    holds = table.holds_reflectance
-    ior = None if holds else skin.ior if stam else min(skin.ior, IOR_MAX)
+    ior = skin.ior if stam else min(skin.ior, IOR_MAX)
     u, v, w = (wi + wr).T
     disc = np.maximum(variance / plate_ior**2 - table.sigma_b**2, 0) * shortened
     blur = disc + (w * skin.roughness**2) ** 2 / 2
     p, c = skin.period_scale, skin.height_scale
     inside = ((p * u) ** 2 + (p * v) ** 2 < (2 / plate_ior) ** 2) & table.holds(p * u, p * v, c * w)
     xyz = inside[:, None] * table.scattered_over_w2(p * u, p * v, c * w, variance=blur * p**2)
-    xyz *= (scattering_factor(wi, wr, ior, stam=stam) * (p * c) ** 2)[:, None]
+    xyz *= (scattering_factor(wi, wr, ior, ratio_ior=table.ratio_ior, stam=stam) * (p * c) ** 2)[:, None]
     xyz *= let_out
     xyz[near] += mirrored
     return xyz

@@ -22,6 +22,7 @@ import numpy as np
 
 from ..colour.channels import lamp_matrix
 from ..maths import bspline, chebyshev
+from ..optics.brdf import NO_RATIO
 from ..optics.coherence import coherence_length
 from ..optics.plate import NO_PLATE
 from ..optics.region import Region
@@ -47,7 +48,8 @@ class Table:
     sigma_b        the standard deviation of the coherence kernel in (u, v)
     texel          the step of u and v per texel
     illuminant     what counts as white
-    holds_reflectance  whether the table holds its matter's reflectance; a dielectric's does not
+    ratio_ior      the index of the ratio form, if the table holds its matter's reflectance; else NO_RATIO
+                   (optics/brdf.py)
     first          (v, u) at the centre of texel (0, 0); by default the tile's centre is at (v, u) = (0, 0)
     w_range        the range of w that t runs over
     precision      the kind of float that holds the terms well enough in a file
@@ -67,7 +69,7 @@ class Table:
     sigma_b: float
     texel: float
     illuminant: str
-    holds_reflectance: bool = False
+    ratio_ior: float = NO_RATIO
     first: tuple[float, float] = None  # type: ignore[assignment]  # __post_init__ fills it in
     w_range: tuple[float, float] = (0.0, 2.0)
     precision: type[np.floating] = np.float16
@@ -84,6 +86,11 @@ class Table:
             object.__setattr__(self, "basis", np.eye(len(self.terms)))
         if self.first is None:
             object.__setattr__(self, "first", tuple((1 - n) / 2 * self.texel for n in self.terms.shape[1:3]))
+
+    @property
+    def holds_reflectance(self) -> bool:
+        """Whether the table holds its matter's reflectance; a dielectric's does not."""
+        return self.ratio_ior != NO_RATIO
 
     @property
     def tile(self) -> tuple[int, int]:

@@ -25,13 +25,13 @@ A bake with more channels than XYZ has one more input, Spectrum: the lamp's row 
     Lo = E [ 4 cos(ti)^2 cos(tr) Q p^2 c^2 sum_k f_k(t(c w)) B_k(p u, p v) + z R Z(c w) kernel(wi, wr) ]
 
 This is f * E * cos(ti) of a dielectric (docs/theory.md); the w^2 of its factor cancels the table's. Q is the small
-slope reflectance (small_slope_nodes.py), R Fresnel's. The table of a metal or a film holds its reflectance. It has
-Q / R at RATIO_IOR (precompute/optics/brdf.py) in place of Q, and 1 in place of R. The f_k are functions of w, stored as
-sums of Chebyshev polynomials. The kernel is that of the lamp's image in a mirror (precompute/optics/mirror_image.py).
-Under a plate, the scattered light has the directions inside it, and is multiplied by cos(ti) / (n^2 cos(ti'))
-(precompute/optics/plate.py) and by g(wi) g(wr); Z(c w) becomes T(ti) T(tr) Z(c w) + X(wr), with the light that the
-plate gives back to the relief (precompute/table/plate_gains.py). B_k are read at the blur levels
-(precompute/table/atlas.py) around the variance
+slope reflectance (small_slope_nodes.py), R Fresnel's. The table of a metal or a film holds its reflectance. It has Q /
+R at the layout's ratio_ior (precompute/optics/brdf.py) in place of Q, and 1 in place of R. The f_k are functions of w,
+stored as sums of Chebyshev polynomials. The kernel is that of the lamp's image in a mirror
+(precompute/optics/mirror_image.py). Under a plate, the scattered light has the directions inside it, and is multiplied
+by cos(ti) / (n^2 cos(ti')) (precompute/optics/plate.py) and by g(wi) g(wr); Z(c w) becomes T(ti) T(tr) Z(c w) + X(wr),
+with the light that the plate gives back to the relief (precompute/table/plate_gains.py). B_k are read at the blur
+levels (precompute/table/atlas.py) around the variance
 
     sigma^2 = sigma_b^2 + max(0, Variance - sigma_b^2) (1 + cos(ti)^2) / 2 + (w r^2)^2 / 2
 
@@ -99,7 +99,7 @@ def build_direct_group(
 
     gain, reflectance = irradiance, None
     if layout.holds_reflectance:
-        slopes = small_slope_over_fresnel(tree, light=light, view=view, one_plus=half2 * 0.5)
+        slopes = small_slope_over_fresnel(tree, layout.ratio_ior, light=light, view=view, one_plus=half2 * 0.5)
     else:
         ior = dielectric_ior(tree, ior)
         half = wi + wr

@@ -17,8 +17,8 @@ scattered light, if each draw has the colour
     C = D c^2 G W(q; c w / lambda) / lambda^2 rgb(u, v, w) / (X + Y + Z)(u, v, w)
 
 G is 4 cos(ti) cos(tr) Q. For a table that holds its matter's reflectance, Q is multiplied by R / F: R is the matter's
-reflectance at the drawn wavelength and the half angle, F Fresnel's at RATIO_IOR, as is Q. The table's colour below has
-no brightness, so the table's own R does not count.
+reflectance at the drawn wavelength and the half angle, F Fresnel's at the layout's ratio_ior, as is Q. The
+table's colour below has no brightness, so the table's own R does not count.
 The frequency q is drawn from the sample set (precompute/table/sample_set.py), which also gives its weight W. The
 wavelength lambda is drawn in proportion to the observer's X + Y + Z, whose integral is D
 (precompute/colour/drawn_wavelengths.py). They determine the direction wi: its tangential part is lambda q / p minus the
@@ -208,7 +208,8 @@ def _gain(surface: SeenSurface, order: _Order, draw: Draw) -> Value:
     if surface.layout.holds_reflectance:
         # |wi + wr| / 2 is the cosine of the half angle.
         matter = draw.reflectance(tree.sqrt(order.half2 * 0.5))
-        gain = small_slope_over_fresnel(tree, light=light, view=view, one_plus=order.half2) * matter
+        ratio_ior = surface.layout.ratio_ior
+        gain = small_slope_over_fresnel(tree, ratio_ior, light=light, view=view, one_plus=order.half2) * matter
     else:
         gain = small_slope_reflectance(tree, surface.ior, light=light, view=view, one_plus=order.half2)
     return surface.scattered_out(gain * (light.cosine * surface.cosine) * order.is_real, order.above)

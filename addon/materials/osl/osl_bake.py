@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 
 from ....precompute.base.exr import open_picture
-from ....precompute.optics.brdf import RATIO_IOR
 from ....precompute.optics.mirror_image import EDGE, ENDS, LEAST_Q, LEAST_VARIANCE
 from ....precompute.optics.small_slope import IOR_MAX
 from ....precompute.table.atlas import STRIP_ROWS, Layout
@@ -62,7 +61,7 @@ def _constants(bake_path: Path, layout: Layout, rgb_from_xyz: np.ndarray) -> dic
         "ZERO_ORDER_SAMPLES": layout.zero_order_samples,
         "HOLDS_REFLECTANCE": int(layout.holds_reflectance),
         "IOR_MAX": IOR_MAX,
-        "RATIO_IOR": RATIO_IOR,
+        "RATIO_IOR": layout.ratio_ior,
         "LEAST_VARIANCE": LEAST_VARIANCE,
         "EDGE": EDGE,
         "LEAST_Q": LEAST_Q,

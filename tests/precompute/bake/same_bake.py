@@ -15,7 +15,7 @@ def assert_same_bake(found, expected):
     (table, record), (expected_table, expected_record) = atlas_file.read(found), atlas_file.read(expected)
     largest = np.abs(expected_table.terms).max()
     np.testing.assert_allclose(table.terms, expected_table.terms, rtol=2**-10, atol=1e-6 * largest)
-    assert table.holds_reflectance == expected_table.holds_reflectance
+    assert table.ratio_ior == expected_table.ratio_ior
     errors, expected_errors = record.pop("delta_e"), expected_record.pop("delta_e")
     for name in ("lamps", "lamps_claim"):
         # They have two decimals.

@@ -242,7 +242,7 @@ def test_another_model_and_another_version(refused, baked, scan, tmp_path):
     ("terms", 99), ("terms", True), ("terms", 0), ("strip_rows", -1), ("texel", 0.0), ("texel", 1e300), ("sigma_b", 0),
     ("illuminant", "moon"), ("scale", "1"), ("scale", 1e39), ("columns", None), ("zero_order_samples", 1),
     ("rows", 2.5), ("inner_rows", 10**4), ("inner_columns", 0), ("levels", 10**9), ("levels", "2"), ("u_first", 9.0),
-    ("holds_reflectance", 1), ("largest_albedo", 0.5), ("level_ratio", 0.5), ("level_ratio", "2"),
+    ("ratio_ior", 0.5), ("largest_albedo", 0.5), ("level_ratio", 0.5), ("level_ratio", "2"),
     ("level_offset", -0.1), ("level_coarser", 0.5), ("level_coarser", None),
 ])  # fmt: skip
 def test_a_header_that_cannot_be(refused, baked, scan, tmp_path, key, value):

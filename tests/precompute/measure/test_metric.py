@@ -10,7 +10,7 @@ from precompute.colour.observer import white_xyz
 from precompute.measure.errors import COUNTED_Y, EXPOSURE_PERCENTILES, Truth, measure
 from precompute.measure.pairs import Pairs, draw_w
 from precompute.measure.truths import _drawn_bins, draw_pairs, exact_spectrum, truths
-from precompute.optics.brdf import RATIO_IOR
+from precompute.optics.brdf import NO_RATIO, RATIO_IOR
 from precompute.optics.fresnel import KERATIN_IOR, fresnel_reflectance
 from precompute.optics.small_slope import small_slope_reflectance
 from precompute.reference.ensemble_reference import reference_grid, reference_xyz
@@ -181,7 +181,7 @@ def test_the_figure_is_that_of_the_worst_exposure(truth, metal):
         figures.append(delta_e_2000(*colours))
     worst = max(figures, key=lambda de: np.percentile(de, 99))
     assert len({round(float(np.percentile(de, 99)), 3) for de in figures}) > 1
-    errors = measure(truth, spoilt(fault), holds_reflectance=metal)
+    errors = measure(truth, spoilt(fault), ratio_ior=RATIO_IOR if metal else NO_RATIO)
     # Other orders of the same products: 1e-15 of XYZ, 1e-12 of dE00.
     assert errors.p99 == pytest.approx(np.percentile(worst, 99), rel=1e-9)
     assert errors.p95 == pytest.approx(np.percentile(worst, 95), rel=1e-9)
@@ -302,7 +302,9 @@ def test_the_radiance_factor_is_that_of_the_brdf():
         q = (n - 1) ** 2 * ((c + g) ** -2 + (g / (n**2 * c + g)) ** 2) / 2
         over = fresnel_reflectance(np.cos(np.radians(30)), n) if metal else 1
         # The code holds the product of the squared sines at 1e-12 at least.
-        assert pairs.radiance_factor(holds_reflectance=metal)[0] == pytest.approx(4 * c**2 * q / over, rel=1e-11)
+        assert pairs.radiance_factor(ratio_ior=RATIO_IOR if metal else NO_RATIO)[0] == pytest.approx(
+            4 * c**2 * q / over, rel=1e-11
+        )
 
 
 def test_bins_are_drawn_as_from_one_sum_over_all():

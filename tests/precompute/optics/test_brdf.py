@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from precompute.optics.brdf import RATIO_IOR, half_angle_cosine, obliquity_times_cosine_and_w2, scattering_factor
 from precompute.optics.fresnel import KERATIN_IOR, fresnel_reflectance
-from precompute.optics.small_slope import small_slope_reflectance
+from precompute.optics.small_slope import IOR_MAX, small_slope_reflectance
 
 pairs = settings(deadline=None, max_examples=100)
 polar = st.floats(0, np.radians(89.5))
@@ -127,14 +127,14 @@ def test_arrays_broadcast():
 
 
 @pairs
-@given(polar, azimuth, polar, azimuth)
-def test_a_held_reflectance_has_the_ratio_form(theta_i, phi_i, theta_r, phi_r):
-    """4 cos(ti)^2 cos(tr) Q / F at RATIO_IOR. Over cos(ti) it is reciprocal, and Q / F is 1 in the mirror image."""
+@given(polar, azimuth, polar, azimuth, st.floats(RATIO_IOR, IOR_MAX))
+def test_a_held_reflectance_has_the_ratio_form(theta_i, phi_i, theta_r, phi_r, ior):
+    """4 cos(ti)^2 cos(tr) Q / F. Over cos(ti) it is reciprocal, and Q / F is 1 in the mirror image."""
     wi, wr = direction(theta_i, phi_i), direction(theta_r, phi_r)
-    over = fresnel_reflectance(half_angle_cosine(wi, wr), RATIO_IOR)
-    expected = 4 * wi[2] ** 2 * wr[2] * small_slope_reflectance(wi, wr, RATIO_IOR) / over
-    assert scattering_factor(wi, wr, None) == pytest.approx(expected, rel=1e-12)
-    assert scattering_factor(wr, wi, None) * wi[2] == pytest.approx(expected * wr[2], rel=1e-9)
+    over = fresnel_reflectance(half_angle_cosine(wi, wr), ior)
+    expected = 4 * wi[2] ** 2 * wr[2] * small_slope_reflectance(wi, wr, ior) / over
+    assert scattering_factor(wi, wr, ratio_ior=ior) == pytest.approx(expected, rel=1e-12)
+    assert scattering_factor(wr, wi, ratio_ior=ior) * wi[2] == pytest.approx(expected * wr[2], rel=1e-9)
     mirrored = wi * (-1, -1, 1)
-    assert scattering_factor(wi, mirrored, None) == pytest.approx(4 * wi[2] ** 3, rel=1e-6)
-    assert scattering_factor(wi, wr, None, stam=True) == obliquity_times_cosine_and_w2(wi, wr)
+    assert scattering_factor(wi, mirrored, ratio_ior=ior) == pytest.approx(4 * wi[2] ** 3, rel=1e-6)
+    assert scattering_factor(wi, wr, ratio_ior=ior, stam=True) == obliquity_times_cosine_and_w2(wi, wr)

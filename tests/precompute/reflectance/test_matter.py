@@ -4,9 +4,12 @@
 import numpy as np
 import pytest
 
+from precompute.optics.brdf import NO_RATIO, RATIO_IOR
 from precompute.optics.fresnel import fresnel_reflectance
+from precompute.optics.small_slope import IOR_MAX
 from precompute.reflectance.matter import DIELECTRIC, Matter
 from precompute.reflectance.matter_text import parse
+from precompute.reflectance.metals import metal_index
 
 WAVELENGTHS = np.linspace(380e-9, 780e-9, 5)
 COSINES = np.linspace(0, 1, 9)
@@ -21,6 +24,16 @@ def test_a_dielectric_has_no_reflectance_of_its_own():
     assert parse("1.56").baked
     with pytest.raises(ValueError, match="index of refraction in the scene"):
         Matter(DIELECTRIC).reflectance(WAVELENGTHS, COSINES)
+
+
+def test_the_substrate_has_the_index_of_the_ratio_form():
+    assert parse("dielectric").ratio_ior == NO_RATIO
+    assert parse("mirror").ratio_ior == parse("1.56/120nm, air").ratio_ior == RATIO_IOR
+    assert parse("2.4").ratio_ior == parse("1.5/80nm, 2.4").ratio_ior == 2.4
+    gold = abs(metal_index("gold", np.array([550e-9]))[0])
+    assert parse("gold").ratio_ior == gold < IOR_MAX
+    assert parse("plate 1.5, gold").ratio_ior == pytest.approx(gold / 1.5, rel=1e-12)
+    assert parse("aluminium").ratio_ior == IOR_MAX
 
 
 def test_a_fixed_index_is_fresnel():

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from precompute.bake.resolution import RESOLUTION_MIN
 from precompute.colour.channels import channel_count
+from precompute.optics.brdf import NO_RATIO
 from precompute.table import atlas
 from precompute.table.table import ZERO_ORDER_SAMPLES
 from precompute.table.tiling import (
@@ -184,15 +185,14 @@ def test_the_strip_goes_on_past_its_end():
     np.testing.assert_allclose(table.zero_order_xyz(2.0), [1 / 6, 4 / 6, 1 / 6] @ samples, atol=2.0**-10)
 
 
-@pytest.mark.parametrize("metal", [False, True])
-def test_above_the_curves_rows_the_tiles_begin(metal):
-    albedo = 1.25 if metal else 1.0
-    image, layout = atlas.pack(replace(random_bake(), holds_reflectance=metal, largest_albedo=albedo))
+@pytest.mark.parametrize(("ratio_ior", "albedo"), [(NO_RATIO, 1.0), (2.5, 1.25)])
+def test_above_the_curves_rows_the_tiles_begin(ratio_ior, albedo):
+    image, layout = atlas.pack(replace(random_bake(), ratio_ior=ratio_ior, largest_albedo=albedo))
     assert layout.strip_rows == atlas.STRIP_ROWS
     assert layout.is_valid and layout.tile_origin(0) == (0, atlas.STRIP_ROWS)
     assert layout.height == atlas.STRIP_ROWS + layout.rows * layout.cell_rows
     again = atlas.unpack(image, layout)
-    assert (again.holds_reflectance, again.largest_albedo) == (metal, albedo)
+    assert (again.ratio_ior, again.largest_albedo) == (ratio_ior, albedo)
 
 
 @pytest.mark.parametrize(("illuminant", "triples"), [("D65+smooth", 2), ("D65+led", 3), ("D65+led+FL11", 4)])

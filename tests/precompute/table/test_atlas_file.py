@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from precompute.base.failure import GratingError
 from precompute.check import table_file
+from precompute.reflectance.matter_text import parse
 from precompute.table import atlas, atlas_file
 from precompute.table.atlas_file import FORMAT, HEADER_KEY, read_header
 from precompute.table.tiling import TERMS_MAX
@@ -40,7 +41,7 @@ def test_a_file_comes_back(written):
     assert record["format"] == atlas_file.FORMAT
     assert not read_header(path)[0].holds_reflectance and not again.holds_reflectance
     held = table_file.read_table(path)
-    assert not held.holds_reflectance
+    assert held.ratio_ior == 1
     np.testing.assert_array_equal(held.terms, again.terms)
 
 
@@ -48,10 +49,10 @@ def test_a_metal_comes_back(tmp_path):
     path = tmp_path / "metal.exr"
     of_gold = PROVENANCE | {"request": {"matter": "gold"}}
     atlas_file.write_together(
-        {path: atlas.pack(replace(random_bake(), holds_reflectance=True, largest_albedo=1.25))}, of_gold
+        {path: atlas.pack(replace(random_bake(), ratio_ior=parse("gold").ratio_ior, largest_albedo=1.25))}, of_gold
     )
     again, held = atlas_file.read(path)[0], table_file.read_table(path)
-    assert read_header(path)[0].holds_reflectance and again.holds_reflectance and held.holds_reflectance
+    assert read_header(path)[0].holds_reflectance and again.ratio_ior == held.ratio_ior == parse("gold").ratio_ior
     assert again.largest_albedo == 1.25
     np.testing.assert_allclose(held.terms, 1.25 * again.terms, rtol=1e-6)
     np.testing.assert_allclose(held.zero_order, 1.25 * again.zero_order, rtol=1e-6)
@@ -174,8 +175,8 @@ def test_another_version_is_refused(tmp_path):
     {"terms": 10**4}, {"terms": 7}, {"terms": -1}, {"cell_rows": 13}, {"columns": 10**6}, {"rows": 1},
     {"w_max": 0.0}, {"u_first": 9.0}, {"strip_rows": 0}, {"zero_order_samples": 10**4}, {"cell_columns": "12"},
     {"cell_columns": 12.5}, {"scale": "big"}, {"texel": None}, {"levels": 2}, {"levels": 10**9},
-    {"inner_rows": 10**6}, {"inner_columns": 3}, {"holds_reflectance": 1}, {"strip_rows": 6},
-    {"largest_albedo": 0.9}, {"largest_albedo": 1.1}, {"holds_reflectance": True, "largest_albedo": 99.0},
+    {"inner_rows": 10**6}, {"inner_columns": 3}, {"ratio_ior": 1.2}, {"strip_rows": 6},
+    {"largest_albedo": 0.9}, {"largest_albedo": 1.1}, {"ratio_ior": 1.5, "largest_albedo": 99.0},
     {"columns": 5, "rows": 1}, {"level_ratio": 3.0}, {"level_ratio": 0.0}, {"level_ratio": "4"},
     {"level_offset": 0.7}, {"level_offset": None}, {"level_coarser": 0.9}, {"level_coarser": 5.0},
     {"level_coarser": "1"},

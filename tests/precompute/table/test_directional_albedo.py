@@ -6,7 +6,7 @@ import pytest
 
 from laboratory.benchmarks.hemisphere import directional_albedo
 from precompute.colour.observer import white_xyz
-from precompute.optics.brdf import RATIO_IOR
+from precompute.optics.brdf import NO_RATIO, RATIO_IOR
 from precompute.optics.fresnel import KERATIN_IOR, fresnel_reflectance
 from precompute.table.table import Table
 
@@ -17,7 +17,9 @@ def white_table(scattered, mirrored, *, metal=False):
     """A table of white light: `scattered` over w^2 in every (u, v), and `mirrored` in the zero order."""
     terms = np.zeros((2, 29, 29, 3), np.float32)
     terms[0] = scattered * white_xyz()
-    return Table(terms, np.tile(mirrored * white_xyz(), (20, 1)), SIGMA_B, 4 / 24, "D65", metal)
+    return Table(
+        terms, np.tile(mirrored * white_xyz(), (20, 1)), SIGMA_B, 4 / 24, "D65", RATIO_IOR if metal else NO_RATIO
+    )
 
 
 @pytest.mark.parametrize("metal", [False, True])
