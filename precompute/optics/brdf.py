@@ -10,8 +10,8 @@ import numpy as np
 from .fresnel import KERATIN_IOR, fresnel_reflectance
 from .small_slope import small_slope_times_cosine_and_w2
 
-# The index of refraction of the ratio form. In comparisons with Maxwell's equations on metals and films it is the best
-# index from 1.5 to 3, up to the last 15 degrees above the horizon (docs/theory.md, BRDF).
+# The index of refraction of the ratio form. Below 60 degrees, indices from 1.5 to 3 are equally close to Maxwell's
+# equations. Beyond, 3 is better on aluminium and 1.5 on layers, and 1.5 has less albedo above 1 (docs/theory.md).
 RATIO_IOR = 1.5
 
 
