@@ -156,10 +156,10 @@ def test_it_follows_its_lamp_and_its_surface(stage, baked, monkeypatch, persiste
 
 def test_a_larger_patch_sends_more(stage, baked):
     # At 20 mm the patch blurs the lobes, but the whole screen still receives its light: 100 times that of 2 mm. The
-    # noise of a pixel is below 0.1, and over a thousand pixels are lit.
+    # noise of a pixel is below 0.1, and over a thousand pixels are lit. The sun's mirror image covers ten pixels.
     path, _ = baked
     add_screen(stage)
-    add_lit(stage, path, SUN)
+    add_lit(stage, path, SUN | {"angle": 0.2})
     diffraction_lamp = add_diffraction_lamp(size_mm=2.0)
     small = stage.rgb(pixels=PIXELS, samples=16).sum()
     diffraction_lamp.data.size = 0.02
