@@ -24,7 +24,9 @@ def test_a_screen_across_the_beam_shows_the_computed_picture(stage, skin):
     camera = stage.camera(0.5 * DISTANCE_M * REFLECTED, DISTANCE_M * REFLECTED, ortho=WIDTH_M)
     camera.rotation_euler = (0, np.radians(180 - DRAWN.angle_deg), 0)  # upright along the skin's y
     stage.scene.cycles.max_bounces = 0
-    add_lit(stage, path, {"kind": "SUN", "to": tuple(TO_LIGHT), "energy": 1000.0, "angle": 0.0})
+    # The computed picture has a lamp with the kernel's variance, which is sin(angle / 2)^2 / 4.
+    angle = 2 * np.arcsin(2 * np.sqrt(table.kernel_variance))
+    add_lit(stage, path, {"kind": "SUN", "to": tuple(TO_LIGHT), "energy": 1000.0, "angle": angle})
     add_diffraction_lamp()
     # The camera looks away from the skin, so right and left are exchanged.
     found = stage.rgb(pixels=PIXELS)[:, ::-1]
