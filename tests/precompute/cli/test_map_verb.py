@@ -146,7 +146,8 @@ def test_an_exr_of_a_spectrum_has_a_channel_for_each_wavelength(run, scan, tmp_p
 def test_the_light_can_stand_at_any_azimuth(run, tmp_path):
     """The mirror image of a light that is turned by 90 degrees from -x, so at -y, is at +y: in the upper half."""
     path = tmp_path / "map.png"
-    assert run("map", "sample:flat", *REFERENCE, "--theta-i", "40", "--phi-i", "90", "-o", path)[0] == 0
+    light = ("--theta-i", "40", "--phi-i", "90", *SHORT)  # a kernel as wide as a pixel
+    assert run("map", "sample:flat", *REFERENCE, *light, "-o", path)[0] == 0
     pixels = np.asarray(Image.open(path)).astype(int).sum(axis=-1)
     x, y = np.meshgrid(np.arange(16) - 7.5, 7.5 - np.arange(16))
     row, col = np.unravel_index(np.where(np.hypot(x, y) < 7, pixels, 0).argmax(), (16, 16))
@@ -165,7 +166,8 @@ def test_a_window_elsewhere_sees_what_is_there(run, tmp_path):
         assert run(*line, *shown, "--patch-um", f"{x},2")[0] == 0
         row = OpenEXR.File(str(path), separate_channels=True).channels()["T.500nm"].pixels[8]
         outer[x] = row[12:14].max() / row.max()
-    assert outer["2"] < 0.01 and outer["6"] > 0.1
+    # The window's tail in the other half has a hundredth, as the scan's own window dims the left edge.
+    assert outer["2"] < 0.02 and outer["6"] > 0.1
 
 
 @pytest.mark.parametrize(
