@@ -87,7 +87,7 @@ def plate_gains(ensemble: Sequence[SpectrumSeries], sigma_b: float, *, matter: M
         leaving = _leaving(grid, ior, spread=spread, landing=landing, power=power, zero=zero)
         scattered += y * passed * (leaving - passed * ways / (1 - grid.face * ways))
         single += y * spread * through(grid.k)
-        grid.add(single, landing, y * power * through(landing), grid.rim)
+        grid.add(single, landing, y * power * through(landing), reach=grid.rim)
         more, zero = grid.read(ways - zero, k_texels, grid.horizon), _at(relief.zero_curve, cosine)
         back = (zero + more) / (1 - face * (zero + more)) - zero
         mirror += ((1 - face) ** 2 * back)[..., None] * weight
@@ -184,7 +184,7 @@ class _Grid:
         numbers, shares = self._cells(k, reach)
         return np.sum(values[numbers] * shares, axis=-1)
 
-    def add(self, matrix: np.ndarray, k: np.ndarray, values: np.ndarray, reach: float) -> None:
+    def add(self, matrix: np.ndarray, k: np.ndarray, values: np.ndarray, *, reach: float) -> None:
         """Add values (n, m), of light from each direction to k (n, m, 2), to a matrix (n, n)."""
         numbers, shares = self._cells(k, reach)
         rows = np.broadcast_to(np.arange(len(matrix))[:, None, None], numbers.shape)
@@ -198,7 +198,7 @@ def _leaving(
     face = _face(landing, ior)
     back = spread * grid.face
     back[np.diag_indices_from(back)] += zero * grid.face
-    grid.add(back, landing, power * face, grid.horizon)
+    grid.add(back, landing, power * face, reach=grid.horizon)
     passed = (spread + np.diag(zero)) @ (1 - grid.face) + np.sum(power * (1 - face), axis=-1)
     total = np.maximum(zero + spread.sum(axis=-1) + power.sum(axis=-1), 1)
     return np.linalg.solve(np.eye(len(back)) - back / total[:, None], passed / total)

@@ -7,9 +7,9 @@ import bpy
 import numpy as np
 import pytest
 
+from precompute.colour.smooth_colour import smooth_colour
 from precompute.optics.fresnel import fresnel_reflectance
 from precompute.reflectance.matter_text import parse
-from precompute.reflectance.smooth_colour import smooth_colour
 
 from .test_variation import answering
 from .world_scenes import add_world

@@ -136,7 +136,7 @@ def test_a_snake_of_two_bakes_reads_all_eight_sources(addon, scene, skins):
     if addon.compat.EEVEE_EVALUATES_CONSTANTS:
         assert fits(1 + 8) and addon.skin.crowded(group) == []
     else:  # Blender 4.5 stores three times as many constants of a Mix node
-        assert fits(1 + 7, sources=7) and len(addon.skin.crowded(group)) == 1
+        assert fits(1 + 6, sources=6) and len(addon.skin.crowded(group)) == 1
 
 
 def test_a_base_that_leaves_no_room_is_told(addon, grating, group, monkeypatch, capfd):

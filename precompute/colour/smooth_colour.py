@@ -3,11 +3,11 @@
 
 import numpy as np
 
-from ..colour.gamut import shown_rgb
-from ..colour.observer import seen_wavelengths, spectral_weights, wavelengths
-from ..colour.working_space import rgb_from_xyz
 from ..optics.fresnel import fresnel_reflectance
-from .matter import Matter
+from ..reflectance.matter import Matter
+from .gamut import shown_rgb
+from .observer import seen_wavelengths, spectral_weights, wavelengths
+from .working_space import rgb_from_xyz
 
 # Fringes of a layer of 10 um are 10 nm apart at 450 nm.
 _STEP_M = 2e-9
