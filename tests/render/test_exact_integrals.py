@@ -168,6 +168,7 @@ def test_an_overcast_sphere_is_its_integral(studio, skin):
         assert row["de_median"] < 2, (part, row)
 
 
+@pytest.mark.night("test_a_small_lamp_is_a_world_of_one_direction")
 def test_the_light_of_a_sphere_is_the_mean_of_its_points(studio, skin, monkeypatch):
     """In an even world a point shows the directional albedo, so the mean over the picture is known. A lamp in each
     pixel of that world gives the same, drawn the other way."""

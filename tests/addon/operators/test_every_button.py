@@ -101,7 +101,7 @@ SITUATIONS = {
 }
 
 
-@pytest.mark.short("with the grating", "a curve")
+@pytest.mark.short("with the grating")
 @pytest.mark.parametrize("situation", SITUATIONS)
 def test_no_operator_raises(stage, addon, capfd, situation):
     names = SITUATIONS[situation]
