@@ -18,8 +18,8 @@ tangential part of a direction of travel inside, c its cosine.
   matrix to given sums (Sinkhorn and Knopp 1967).
 
 Close to grazing light r grows steeply, and with it the ways through k itself, so g = T h / (1 - r Z) with a smooth h.
-S is 4 cos(ti) cos(tr) Q / w^2 of a dielectric (optics/small_slope.py) over its reflectance, times the matter's own and
-the relief's spectrum. Light from a direction that S sends out more than once in sum is scaled down to once.
+S is the ratio form (optics/brdf.py) times the matter's reflectance and the relief's spectrum. Light from a direction
+that S sends out more than once in sum is scaled down to once.
 """
 
 from collections.abc import Sequence
@@ -31,10 +31,8 @@ import numpy as np
 from ..colour.channels import channel_weights
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, seen_wavelengths
 from ..maths import bspline, chebyshev
-from ..optics.brdf import half_angle_cosine
-from ..optics.fresnel import fresnel_reflectance
+from ..optics.brdf import half_angle_cosine, scattering_factor
 from ..optics.plate import face_reflectance
-from ..optics.small_slope import small_slope_reflectance
 from ..reflectance.matter import Matter
 from ..spectra.resample import Resampler
 from ..spectra.series import SpectrumSeries
@@ -118,10 +116,8 @@ def _factor(k: np.ndarray, out: np.ndarray, ratio_ior: float) -> tuple[np.ndarra
     """For light that travels at k (..., 2) and leaves at `out` (..., 2): S without the reflectance and without the
     spectrum over w^2; then w, and the cosine of the half angle; each (...,)."""
     wi, wr = (np.concatenate([way, _cosine(way)[..., None]], axis=-1) for way in np.broadcast_arrays(-k, out))
-    half = half_angle_cosine(wi, wr)
-    slopes = small_slope_reflectance(wi, wr, ratio_ior) / fresnel_reflectance(half, ratio_ior)
-    factor = 4 * wi[..., 2] * wr[..., 2] * slopes
-    return factor, wi[..., 2] + wr[..., 2], half
+    factor = scattering_factor(wi, wr, ratio_ior=ratio_ior) / wi[..., 2]
+    return factor, wi[..., 2] + wr[..., 2], half_angle_cosine(wi, wr)
 
 
 @dataclass(frozen=True)
