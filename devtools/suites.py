@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 from . import ENVIRONMENTS, ROOT
@@ -54,7 +55,8 @@ SHORT = {("render", PY311): RENDER_SHORT, ("addon", PY311): ADDON_SHORT}
 
 @dataclass(frozen=True)
 class Result:
-    """The result of a suite: pytest's exit status (-N after signal N), and the counts of its report."""
+    """The result of a suite: pytest's exit status (-N after signal N), the counts of its report, and a line for each
+    test that failed."""
 
     title: str
     status: int
@@ -62,6 +64,7 @@ class Result:
     passed: int = 0
     failed: int = 0
     skipped: int = 0
+    faults: tuple[str, ...] = ()
 
     @property
     def good(self) -> bool:
@@ -90,14 +93,20 @@ def is_test_path(path: Path) -> bool:
     return path.exists() and path.absolute().is_relative_to(ROOT / "tests")
 
 
-def counts(report: Path) -> dict[str, int]:
-    """The numbers passed, failed and skipped in a JUnit report. Empty if the process died before it wrote one."""
+def counts(report: Path) -> dict[str, Any]:
+    """The numbers passed, failed and skipped in a JUnit report, and its failed tests with the first line of each error.
+    Empty if the process died before it wrote one."""
     if not report.exists():
         return {}
     suite = ElementTree.parse(report).getroot().find("testsuite")
     tests, failures, errors, skipped = (int(suite.get(name, 0)) for name in ("tests", "failures", "errors", "skipped"))
     failed = failures + errors
-    return {"passed": tests - failed - skipped, "failed": failed, "skipped": skipped}
+    faults = tuple(
+        f"{case.get('classname')}::{case.get('name')}: {fault.get('message', '').partition(chr(10))[0]}"
+        for case in suite.iter("testcase")
+        for fault in (*case.iter("failure"), *case.iter("error"))
+    )
+    return {"passed": tests - failed - skipped, "failed": failed, "skipped": skipped, "faults": faults}
 
 
 def run_suite(
@@ -145,11 +154,14 @@ def targets_of(name: str, environment: Environment, paths: list[Path], *, short:
 
 
 def print_summary(results: list[Result]) -> None:
-    """Print a line for each suite, and a last line of totals for programs."""
+    """Print a line for each suite and each failed test, and a last line of totals for programs."""
     print(f"\n{'suite':44} {'result':9} {'passed':>7} {'failed':>7} {'skipped':>8} {'seconds':>8}")
     for result in results:
         numbers = f"{result.passed:7} {result.failed:7} {result.skipped:8} {result.seconds:8.1f}"
         print(f"{result.title:44} {result.verdict:9} {numbers}")
+    for result in results:
+        for fault in result.faults:
+            print(f"{result.title}: {fault}")
     totals = [sum(getattr(result, name) for result in results) for name in ("passed", "failed", "skipped")]
     print("\n{} passed, {} failed, {} skipped".format(*totals), flush=True)
 

@@ -102,3 +102,14 @@ def test_each_mutant_s_text_and_tests_are_there():
         assert mutants.text_with(mutant, text) != text
         for test in mutant.tests:
             assert (ROOT / "tests" / test).exists(), f"{mutant.name}: tests/{test}"
+
+
+def test_a_report_s_failed_tests_are_told(tmp_path, capsys):
+    report = tmp_path / "report.xml"
+    report.write_text(
+        '<testsuites><testsuite tests="2" failures="1" errors="0" skipped="0">'
+        '<testcase classname="tests.precompute.test_x" name="test_y[1]"><failure message="assert 1 == 2&#10;more"/>'
+        '</testcase><testcase classname="tests.precompute.test_x" name="test_z"/></testsuite></testsuites>'
+    )
+    suites.print_summary([suites.Result("precompute", 1, 2.0, **suites.counts(report))])
+    assert "precompute: tests.precompute.test_x::test_y[1]: assert 1 == 2\n" in capsys.readouterr().out
