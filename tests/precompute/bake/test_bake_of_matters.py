@@ -74,6 +74,7 @@ def reflected(relief, white, table, matter):
     return replace(white, scattered_xyz=scattered, zero_order_xyz=zero_order)
 
 
+@pytest.mark.short("disc")
 @pytest.mark.parametrize("surface", ["blaze", "disc"])
 def test_a_relief_under_a_plate(surface):
     """Against the reference of the relief itself, at the wavelength inside the plate.

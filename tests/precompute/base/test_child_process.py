@@ -87,9 +87,10 @@ def test_a_command_that_is_not_there_is_one_line():
 
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="asks Linux for the process")
 def test_one_that_hears_nothing_is_ended_at_its_deadline(temporary):
-    child = python(DEAF, longest_seconds=0.5)
+    child = python(DEAF, longest_seconds=1)
     child.wait()
-    assert child.is_late and not is_alive(lines_of(child.out_path)[0])
+    # On a busy machine a Python may not have begun after a second.
+    assert child.is_late and not any(map(is_alive, lines_of(child.out_path)))
     child.clean_up()
     assert not list(temporary.iterdir())
 

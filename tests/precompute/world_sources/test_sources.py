@@ -252,7 +252,7 @@ def test_sources_and_rest_are_all_the_light(given_lights):
     assert [s.irradiance.sum() for s in sources] == sorted((s.irradiance.sum() for s in sources), reverse=True)
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=3, deadline=None)
 @given(lights, st.integers(1, COLS - 1))
 def test_a_world_turned_about_z_has_its_sources_turned(given_lights, columns):
     world = world_of(given_lights)
@@ -268,7 +268,7 @@ def test_a_world_turned_about_z_has_its_sources_turned(given_lights, columns):
         assert one.variance == pytest.approx(other.variance, rel=1e-8)
 
 
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=3, deadline=None)
 @given(lights, st.integers(-20, 20))
 def test_a_brighter_world_has_brighter_sources_and_nothing_else(given_lights, stops):
     world = world_of(given_lights)
