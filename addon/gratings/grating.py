@@ -251,6 +251,13 @@ class Grating(bpy.types.PropertyGroup):
         }
         return DirectionSource.from_property(held | {"frame_map": self.frame_map})
 
+    def settings(self) -> dict[str, Any]:
+        """The settings of its Diffraction group (materials/group_properties.py)."""
+        return {
+            "shadows": self.shadows, "lights": self.lit_by, "frame": self.frame_source(),
+            "footprint": self.footprint, "every_lamp": self.every_lamp,
+        }  # fmt: skip
+
     def take_frame_source(self, source: DirectionSource) -> None:
         """Set the source of the scan's direction."""
         self.frame_kind, self.frame_uv_map, self.frame_axis = source.kind, source.uv_map, source.axis

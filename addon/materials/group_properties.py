@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Custom properties of a Diffraction group. Saved .blend files contain the names, so they must not change."""
 
+from typing import Any
+
 import bpy
 
 from ..blender import stored
@@ -35,6 +37,9 @@ VARIATION = "ng_variation"
 FOOTPRINT = "ng_footprint"
 # Whether each sample answers to every lamp, however many there are. Groups from earlier versions lack it.
 EVERY_LAMP = "ng_every_lamp"
+
+
+_SETTINGS = {"shadows": SHADOWS, "lights": LIGHTS, "frame": FRAME, "footprint": FOOTPRINT, "every_lamp": EVERY_LAMP}
 
 
 def is_diffraction(group: bpy.types.NodeTree | None) -> bool:
@@ -116,3 +121,21 @@ def counts_footprint(group: bpy.types.NodeTree) -> bool:
 def answers_every_lamp(group: bpy.types.NodeTree) -> bool:
     """Whether each sample of a Diffraction group answers to every lamp, however many there are (two_answers.py)."""
     return stored.flag(group, EVERY_LAMP)
+
+
+def settings_of(group: bpy.types.NodeTree) -> dict[str, Any]:
+    """What an artist sets of a Diffraction group beside its sockets: `shadows`, `lights`, `frame`, `footprint`,
+    `every_lamp`."""
+    return {
+        "shadows": traces_shadows(group), "lights": lights_of(group), "frame": frame_of(group),
+        "footprint": counts_footprint(group), "every_lamp": answers_every_lamp(group),
+    }  # fmt: skip
+
+
+def note_settings(group: bpy.types.NodeTree, **settings: Any) -> bool:
+    """Set some of `settings_of`. Returns whether one of them has changed."""
+    now = settings_of(group)
+    changed = {name: value for name, value in settings.items() if value != now[name]}
+    for name, value in changed.items():
+        group[_SETTINGS[name]] = value.as_property() if isinstance(value, DirectionSource) else value
+    return bool(changed)

@@ -27,11 +27,11 @@ skin_nodes.py makes the nodes."""
 import math
 from collections.abc import Iterable
 from itertools import zip_longest
+from typing import Any
 
 import bpy
 
 from ..blender import stored
-from ..gratings.direction_source import DirectionSource
 from ..gratings.lights_choice import LAMPS_ONLY, REST
 from ..gratings.variation import Variation
 from ..nodes.eevee_constants import ROOM, constant_bytes
@@ -47,18 +47,16 @@ from .file_lights import (
     sources_of_file,
 )
 from .group_properties import (
-    answers_every_lamp,
     areas_in,
     coloured_in,
-    counts_footprint,
     diffraction_groups,
-    frame_of,
     is_diffraction,
     lamps_in,
     left_out_in,
     lights_of,
     note_areas,
     note_coloured,
+    note_settings,
     reads_source_spectra,
     sources_in,
     traces_shadows,
@@ -100,26 +98,21 @@ _OUTPUTS = (
 )
 
 
-def group_around(
-    name: str, response: Response, *, shadows: bool = True, lights: str = REST, frame: DirectionSource | None = None,
-    footprint: bool = False, every_lamp: bool = False,
-) -> bpy.types.NodeTree:  # fmt: skip
-    """A new Diffraction group around a response, with inputs for the lamps that the file's scenes follow."""
+def group_around(name: str, response: Response, **settings: Any) -> bpy.types.NodeTree:
+    """A new Diffraction group around a response, with inputs for the lamps that the file's scenes follow. `settings`
+    are some of group_properties.settings_of; by default it traces shadows and answers to lamps and worlds."""
     group = bpy.data.node_groups.new(f"Diffraction {name}", "ShaderNodeTree")
     add_interface(group, _INPUTS, _OUTPUTS)
-    group[group_properties.SHADOWS], group[group_properties.LIGHTS] = shadows, lights
-    group[group_properties.FOOTPRINT], group[group_properties.EVERY_LAMP] = footprint, every_lamp
-    if frame is not None:
-        group[group_properties.FRAME] = frame.as_property()
+    note_settings(group, **{"lights": REST} | settings)
     _note_lights(group)
     fill_group(group, (response,), lamps_of_file(), sources=sources_of_file())
     return group
 
 
-def set_lighting(group: bpy.types.NodeTree, *, shadows: bool, lights: str) -> None:
-    """Set a Diffraction group's shadows and its lights. The nodes are rebuilt only if either changes."""
-    if (traces_shadows(group), lights_of(group)) != (shadows, lights):
-        group[group_properties.SHADOWS], group[group_properties.LIGHTS] = shadows, lights
+def set_up(group: bpy.types.NodeTree, **settings: Any) -> None:
+    """Set some of a Diffraction group's settings (group_properties.settings_of). Its nodes are rebuilt once, and only
+    if one of them changes."""
+    if note_settings(group, **settings):
         _note_lights(group)
         fill_group(group, responses_in(group), lamps_in(group), sources=sources_of_file())
 
@@ -148,27 +141,6 @@ def take_back(group: bpy.types.NodeTree | None) -> bpy.types.NodeTree | None:
     if not is_diffraction(group) and responses_in(group):
         group[group_properties.LAMPS] = [False]
     return group if is_diffraction(group) else None
-
-
-def set_frame(group: bpy.types.NodeTree, source: DirectionSource) -> None:
-    """Set the source of a Diffraction group's tangent."""
-    if frame_of(group) != source:
-        group[group_properties.FRAME] = source.as_property()
-        refill(group, responses_in(group))
-
-
-def set_footprint(group: bpy.types.NodeTree, counts: bool) -> None:
-    """Set whether a Diffraction group blurs colours that are finer than a pixel (footprint.py)."""
-    if counts_footprint(group) != counts:
-        group[group_properties.FOOTPRINT] = counts
-        refill(group, responses_in(group))
-
-
-def set_every_lamp(group: bpy.types.NodeTree, every: bool) -> None:
-    """Set whether each sample of a Diffraction group answers to every lamp (two_answers.py)."""
-    if answers_every_lamp(group) != every:
-        group[group_properties.EVERY_LAMP] = every
-        refill(group, responses_in(group))
 
 
 def set_variation(group: bpy.types.NodeTree, variation: Variation, others: Iterable[Response]) -> None:

@@ -7,7 +7,7 @@ from ...precompute.base.failure import GratingError
 from ..gratings.direction_source import FRAME_MAP, UV_MAP, DirectionSource, is_frame_map
 from ..gratings.grating import Grating
 from ..materials.group_users import shown_by
-from ..materials.skin import set_frame
+from ..materials.skin import set_up
 from .chosen_meshes import check_frame
 
 
@@ -27,7 +27,7 @@ def choose_frame(grating: Grating, source: DirectionSource) -> str:
         check_frame(mesh, source)
     grating.take_frame_source(source)
     if group is not None:
-        set_frame(group, source)
+        set_up(group, frame=source)
     return f"{grating.name}: its direction is from {described(source)}"
 
 

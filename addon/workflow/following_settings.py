@@ -6,8 +6,8 @@ from typing import Any
 
 import bpy
 
-from ..materials.group_properties import is_diffraction, lights_of
-from ..materials.skin import set_every_lamp, set_footprint, set_lighting
+from ..materials.group_properties import is_diffraction
+from ..materials.skin import set_up
 
 
 def follow_settings(first: bpy.types.Scene | None = None) -> None:
@@ -20,6 +20,4 @@ def follow_settings(first: bpy.types.Scene | None = None) -> None:
             group = grating.own_group
             if is_diffraction(group) and group not in done:
                 done.add(group)
-                set_lighting(group, shadows=grating.shadows, lights=lights_of(group))
-                set_footprint(group, grating.footprint)
-                set_every_lamp(group, grating.every_lamp)
+                set_up(group, shadows=grating.shadows, footprint=grating.footprint, every_lamp=grating.every_lamp)

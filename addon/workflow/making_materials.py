@@ -24,10 +24,7 @@ from ..materials.skin import (
     crowded,
     group_around,
     refill,
-    set_every_lamp,
-    set_footprint,
-    set_frame,
-    set_lighting,
+    set_up,
     take_back,
 )
 from .following_lamps import update_all_lamps
@@ -83,19 +80,13 @@ def group_of(scene: bpy.types.Scene, grating: Grating) -> bpy.types.NodeTree:
     update_all_lamps()
     if group is None:
         assert response is not None  # needed_bake names a bake where there is no group
-        grating.group = group_around(
-            grating.name, response, shadows=grating.shadows, lights=grating.lit_by, frame=grating.frame_source(),
-            footprint=grating.footprint, every_lamp=grating.every_lamp,
-        )  # fmt: skip
+        grating.group = group_around(grating.name, response, **grating.settings())
         note_own(grating.group)
     elif response is not None:
         replace_response(group, response)
     elif lost_of_nodes(group):
         refill(group, responses_in(group))
-    set_lighting(grating.group, shadows=grating.shadows, lights=grating.lit_by)
-    set_frame(grating.group, grating.frame_source())
-    set_footprint(grating.group, grating.footprint)
-    set_every_lamp(grating.group, grating.every_lamp)
+    set_up(grating.group, **grating.settings())
     follow_name(grating)  # a file saved by an earlier version may hold an old name
     keep_exact_normals(scene)
     return grating.group
@@ -122,7 +113,7 @@ def read_combs() -> None:
     for scene in bpy.data.scenes:
         for grating in scene.natural_gratings.items:
             if take_back(grating.own_group) is not None:
-                set_frame(grating.own_group, grating.frame_source())
+                set_up(grating.own_group, frame=grating.frame_source())
 
 
 def refresh_group(grating: Grating) -> None:
@@ -130,7 +121,7 @@ def refresh_group(grating: Grating) -> None:
     settings. Raises GratingError, with nothing changed, if the file is not a bake."""
     if take_back(grating.own_group) is not None:
         replace_response(grating.group, response_of(bake_of(grating)))
-        set_lighting(grating.group, shadows=grating.shadows, lights=grating.lit_by)
+        set_up(grating.group, shadows=grating.shadows, lights=grating.lit_by)
 
 
 def choose_lights(grating: Grating, lights: str) -> list[str]:
@@ -139,7 +130,7 @@ def choose_lights(grating: Grating, lights: str) -> list[str]:
     group = take_back(grating.own_group)
     if group is None:
         return []
-    set_lighting(group, shadows=grating.shadows, lights=lights)
+    set_up(group, shadows=grating.shadows, lights=lights)
     return lamps_alone(grating) + lost([group]) + crowded(group)
 
 

@@ -17,7 +17,7 @@ from ..lamps.find import COUNTS, lamps_of
 from ..lamps.strength import irradiances
 from ..materials.group_users import boxes_showing
 from ..materials.material import add_diffraction
-from ..materials.skin import SETTABLE, set_lighting
+from ..materials.skin import SETTABLE, set_up
 from .finding_causes import views_of
 from .following_lamps import update_lamps
 
@@ -159,7 +159,7 @@ def _samples(context: bpy.types.Context) -> str:
 def _no_shadows(context: bpy.types.Context) -> str:
     subject = _subject(context)
     subject.grating.shadows = False
-    set_lighting(subject.group, shadows=False, lights=subject.grating.lit_by)
+    set_up(subject.group, shadows=False, lights=subject.grating.lit_by)
     return f"{subject.grating.name}: objects cast no shadows on it"
 
 

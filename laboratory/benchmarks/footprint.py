@@ -45,7 +45,7 @@ def noise(studio: Studio, group: Any, arguments: argparse.Namespace) -> list[dic
     for samples in SAMPLES["noise"]:
         plain = None
         for counts in (False, True):
-            studio.addon.skin.set_footprint(group, counts)
+            studio.addon.skin.set_up(group, footprint=counts)
             studio.render("cycles", 1)  # compiles the shaders and fills the caches
             seconds, picture = studio.render("cycles", samples)
             rmse = rmse_of(picture, truth)
@@ -67,7 +67,7 @@ def denoiser(studio: Studio, group: Any, arguments: argparse.Namespace) -> list[
     cycles = studio.scene.cycles
     for samples in SAMPLES["denoiser"]:
         for counts in (False, True):
-            studio.addon.skin.set_footprint(group, counts)
+            studio.addon.skin.set_up(group, footprint=counts)
             for name, passes in PASSES.items():
                 cycles.use_denoising = passes is not None
                 if passes:
@@ -91,7 +91,7 @@ def close(studio: Studio, group: Any, arguments: argparse.Namespace) -> list[dic
     for samples in SAMPLES["close"]:
         pictures = []
         for counts in (False, True):
-            studio.addon.skin.set_footprint(group, counts)
+            studio.addon.skin.set_up(group, footprint=counts)
             pictures.append(studio.render("cycles", samples)[1])
         p50, p95 = np.percentile(colour_differences(pictures[1], pictures[0]), [50, 95])
         light = float(pictures[1].mean() / pictures[0].mean())
@@ -103,7 +103,7 @@ def close(studio: Studio, group: Any, arguments: argparse.Namespace) -> list[dic
 
 def reference(studio: Studio, group: Any, samples: int) -> np.ndarray:
     """Render the reference picture: many samples, without the footprint."""
-    studio.addon.skin.set_footprint(group, False)
+    studio.addon.skin.set_up(group, footprint=False)
     return studio.render("cycles", samples)[1]
 
 
@@ -125,7 +125,7 @@ def flicker(studio: Studio, group: Any, arguments: argparse.Namespace) -> list[d
     report.say(f"{'samples':>8}{'footprint':>11}{'flicker':>9}{'mean':>9}", arguments.json)
     for samples in SAMPLES["flicker"]:
         for counts in (False, True):
-            studio.addon.skin.set_footprint(group, counts)
+            studio.addon.skin.set_up(group, footprint=counts)
             found, mean = flicker_of(studio, samples)
             rows.append({"samples": samples, "footprint": counts, "flicker": found, "mean": mean})
             report.say(f"{samples:8}{counts!s:>11}{found:9.4f}{mean:9.4f}", arguments.json)

@@ -144,7 +144,7 @@ class Worlds(Studio):
 
         material, skin = self.material(bake or self.bake, "LAMPS" if name in COATS else name)
         for group in filter(self.addon.skin.is_diffraction, bpy.data.node_groups):
-            self.addon.skin.set_footprint(group, True)
+            self.addon.skin.set_up(group, footprint=True)
         if name in COATS:
             skin.inputs["Coat Weight"].default_value = 1.0
             skin.inputs["Coat Roughness"].default_value = COATS[name]

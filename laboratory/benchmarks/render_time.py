@@ -231,8 +231,7 @@ class Studio:
     def direct(self, shadows: bool = False, lights: str = "LAMPS", footprint: bool = False, every_lamp: bool = False):
         """The add-on's own material."""
         group = self.addon.making_materials.new_diffraction_group(self.bake, shadows, lights)
-        self.addon.skin.set_footprint(group, footprint)
-        self.addon.skin.set_every_lamp(group, every_lamp)
+        self.addon.skin.set_up(group, footprint=footprint, every_lamp=every_lamp)
         return self.addon.material.new_diffraction_material("timed", group)
 
     def direct_shader(self):

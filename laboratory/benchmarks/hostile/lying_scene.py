@@ -112,7 +112,7 @@ def build(addon: SimpleNamespace, scan: Path, bake: Path) -> Path:
     image = addon.direction_map.new_map("Direction Map", 16)
     addon.direction_map.note_mesh(image, skin.plane, "UVMap")
     skin.second.take_frame_source(addon.direction_source.DirectionSource("FRAME_MAP", frame_map=image))
-    addon.skin.set_frame(skin.second.group, skin.second.frame_source())
+    addon.skin.set_up(skin.second.group, frame=skin.second.frame_source())
     skin.response.group["ng_region"] = _REGION
     fingerprint = addon.fitting_worlds._fingerprint(scene)
     addon.sky.hold_sources(scene, [_SUN], fingerprint=fingerprint, missed=0.1)

@@ -26,13 +26,13 @@ def test_the_choice_is_noted_and_told(scene, grating, carrier, addon, capfd):
     )
     source = grating.frame_source()
     assert (source.kind, source.axis, source.angle) == ("AXIS", "Y", "grating_angle")
-    assert addon.skin.frame_of(grating.group) == source
+    assert addon.group_properties.frame_of(grating.group) == source
 
 
 def test_a_group_made_later_has_the_choice(scene, grating, addon):
     bpy.ops.grating.direction(kind="RADIAL")
     bpy.ops.grating.new_material()
-    assert addon.skin.frame_of(grating.group).kind == "RADIAL"
+    assert addon.group_properties.frame_of(grating.group).kind == "RADIAL"
 
 
 def test_only_the_chosen_source_costs_nodes(scene, grating, carrier, addon):
@@ -72,7 +72,7 @@ def test_what_is_missing_is_told_and_nothing_changes(scene, grating, carrier, ad
     with pytest.raises(RuntimeError, match=told) as fault:
         bpy.ops.grating.direction(**choice)
     assert len(str(fault.value).strip().splitlines()) == 1
-    assert grating.frame_source() == before and addon.skin.frame_of(grating.group) == before
+    assert grating.frame_source() == before and addon.group_properties.frame_of(grating.group) == before
 
 
 def test_a_mesh_without_a_uv_map_takes_an_axis(scene, grating):
@@ -102,9 +102,9 @@ def test_a_frame_map_that_is_gone_leaves_the_default(scene, grating, carrier, ad
     image = bpy.data.images.new("frames", 8, 8, float_buffer=True)
     addon.direction_map.note_mesh(image, carrier, "UVMap")
     bpy.ops.grating.direction(kind="FRAME_MAP", frame_map="frames")
-    assert addon.skin.frame_of(grating.group).frame_map == image
+    assert addon.group_properties.frame_of(grating.group).frame_map == image
     bpy.data.images.remove(image)
-    assert grating.frame_source().kind == addon.skin.frame_of(grating.group).kind == "STORED"
+    assert grating.frame_source().kind == addon.group_properties.frame_of(grating.group).kind == "STORED"
     bpy.ops.grating.lights(lights="REST")
 
 
@@ -133,7 +133,7 @@ def test_undo_brings_the_source_back(scene, grating, carrier, addon):
     bpy.ops.ed.undo_push(message="Chosen")
     bpy.ops.ed.undo()
     grating = bpy.context.scene.natural_gratings.active()
-    assert grating.frame_kind == "STORED" and addon.skin.frame_of(grating.group).kind == "STORED"
+    assert grating.frame_kind == "STORED" and addon.group_properties.frame_of(grating.group).kind == "STORED"
     assert "ShaderNodeTangent" in nodes_of(grating)
 
 

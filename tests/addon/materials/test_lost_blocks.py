@@ -120,7 +120,7 @@ def frame_map(it):
     image = it.addon.direction_map.new_map("Direction Map", 16)
     it.addon.direction_map.note_mesh(image, it.plane, "UVMap")
     it.first.take_frame_source(it.addon.direction_source.DirectionSource("FRAME_MAP", frame_map=image))
-    it.addon.skin.set_frame(it.first.group, it.first.frame_source())
+    it.addon.skin.set_up(it.first.group, frame=it.first.frame_source())
     bpy.data.images.remove(image)
 
 

@@ -132,7 +132,7 @@ def test_a_snake_of_two_bakes_reads_all_eight_sources(addon, scene, skins):
         return answers(group) == number and group["ng_sources_read"] == sources and held <= addon.eevee_constants.ROOM
 
     assert fits(2) and addon.skin.crowded(group) == []  # the label counts nodes of the first bake
-    addon.skin.set_every_lamp(group, True)
+    addon.skin.set_up(group, every_lamp=True)
     if addon.compat.EEVEE_EVALUATES_CONSTANTS:
         assert fits(1 + 8) and addon.skin.crowded(group) == []
     else:  # Blender 4.5 stores three times as many constants of a Mix node

@@ -60,7 +60,7 @@ def test_an_appended_material_becomes_a_grating(file, addon, capfd):
     made.name = "scales"
     assert made.group.name == made.material.name == "Diffraction scales"
     bpy.ops.grating.lights(lights="REST")
-    assert addon.skin.lights_of(made.group) == "REST"
+    assert addon.group_properties.lights_of(made.group) == "REST"
 
 
 def test_its_bake_comes_from_its_pictures(file):

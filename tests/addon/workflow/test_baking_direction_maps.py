@@ -46,7 +46,7 @@ def test_a_picture_holds_the_angle_from_its_map_s_tangent(scene, carrier, gratin
     assert sorted(contents()) == sorted([*before, "images Plane Half frame"])
     assert image.packed_file is not None and image.colorspace_settings.name == "Non-Color" and image.is_float
     assert (scene.render.engine, scene.cycles.samples) == set_up
-    source = addon.skin.frame_of(grating.group)
+    source = addon.group_properties.frame_of(grating.group)
     assert source == grating.frame_source() and source.frame_map == image and source.named_uv_map == "Half"
 
 
@@ -152,7 +152,7 @@ def test_undo_takes_the_map_away(carrier, addon):
     bpy.ops.ed.undo_push(message="Baked")
     bpy.ops.ed.undo()
     grating = bpy.context.scene.natural_gratings.active()
-    assert grating.frame_kind == addon.skin.frame_of(grating.group).kind == "STORED"
+    assert grating.frame_kind == addon.group_properties.frame_of(grating.group).kind == "STORED"
     assert "Plane Half frame" not in bpy.data.images
 
 

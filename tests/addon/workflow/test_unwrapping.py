@@ -67,7 +67,7 @@ def test_a_new_map_and_all_else_as_before(monkey, method, capfd):
 def test_the_grating_keeps_its_direction(carrier, grating, addon, capfd):
     told = reports(bpy.ops.grating.unwrap, capfd)
     assert "Suzanne: its grating keeps the direction of UVMap" in told
-    source = addon.skin.frame_of(grating.group)
+    source = addon.group_properties.frame_of(grating.group)
     assert (source.kind, source.uv_map) == ("UV_MAP", "UVMap")
 
 
