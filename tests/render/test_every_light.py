@@ -74,7 +74,7 @@ def expect_directional_albedo(stage, skin, lights, angles_deg, *, samples=64, li
         np.testing.assert_allclose(pixels.mean(axis=0), wanted, rtol=0, atol=limits[degrees > 75] * wanted @ LUMINANCE)
 
 
-@pytest.mark.short("6x(")
+@pytest.mark.short("gold")
 def test_white_furnace_in_eevee(stage, matter_skin):
     """EEVEE cuts each component of a closure's colour at 8, which a metal's brightest draws exceed. So its mean is that
     of Cycles' draws after the same cut. Seen from the normal no draw is cut, and it is the directional albedo.

@@ -2,6 +2,7 @@
 """Lamps of different spectra in one scene: renders against exact sums over each lamp's spectrum, and what stays as it
 is where all lamps are white."""
 
+import functools
 import os
 import subprocess
 import sys
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 
 from precompute.bake.bake_folder import bake_to_folder
+from precompute.bake.ensemble import bake
 from precompute.bake.request import BakeRequest, Scan
 from precompute.colour.difference import delta_e_2000, lab
 from precompute.colour.gamut import shown_rgb
@@ -18,7 +20,7 @@ from precompute.colour.illuminants import canonical
 from precompute.colour.lamp_table import row_of
 from precompute.colour.observer import white_xyz
 from precompute.colour.working_space import lamp_rgb, rgb_over_lamp
-from precompute.table import atlas_file
+from precompute.surface.relief import prepare
 from precompute.table.radiance import reflected_xyz
 from tests.addon.worlds.made import painted, world_with
 from tests.precompute.world_sources.worlds import picture, sky
@@ -34,19 +36,26 @@ RGB_FROM_XYZ = rgb_over_lamp("Rec.709", "D65")
 
 @pytest.fixture(scope="session")
 def bakes(tmp_path_factory):
-    """Bakes of a blaze by the texts of their lights, made when first asked for: path and table."""
-    made = {}
+    """The files of bakes of a blaze by the texts of their lights, made when first asked for."""
 
-    def bake(light):
-        if light not in made:
-            folder = tmp_path_factory.mktemp("lamp_spectra")
-            scan = Scan("sample:blazed")
-            request = BakeRequest(coherence_length_m=6e-6, illuminant=canonical(light), scans=(scan,))
-            (path, *_) = bake_to_folder([scan.read()], request, folder, progress=lambda *_: None)["files"]
-            made[light] = path, atlas_file.read(path)[0]
-        return made[light]
+    @functools.cache
+    def file(light):
+        asked = request_for(light)
+        folder = tmp_path_factory.mktemp("lamp_spectra")
+        return bake_to_folder([asked.scans[0].read()], asked, folder, progress=lambda *_: None)["files"][0]
 
-    return bake
+    return file
+
+
+@functools.cache
+def table_under(light):
+    """The table of the blaze under one light."""
+    asked = request_for(light)
+    return bake(prepare(asked.scans[0].read()), asked)
+
+
+def request_for(light):
+    return BakeRequest(coherence_length_m=6e-6, illuminant=canonical(light), scans=(Scan("sample:blazed"),))
 
 
 def sun(stage, to, spectrum="", kelvins=0, energy=2.0):
@@ -65,7 +74,7 @@ def sphere(stage):
     return mesh
 
 
-def sums(stage, mesh, bakes, lamps):
+def sums(stage, mesh, lamps):
     """The picture (n, n, 3) as the sum over suns, each by a bake under its own spectrum; and the pixels that see the
     mesh. `lamps` are the suns and their spectra."""
     passes, seen = geometry(stage, mesh)
@@ -81,7 +90,7 @@ def sums(stage, mesh, bakes, lamps):
         light = np.broadcast_to(np.array(lamp.matrix_world.col[2][:3]), n.shape)
         way = np.einsum("nij,nj->ni", frame, light)
         lit = (way[:, 2] > 0) & (view[:, 2] > 0)
-        xyz = reflected_xyz(bakes(spectrum)[1], way, view)
+        xyz = reflected_xyz(table_under(spectrum), way, view)
         data = lamp.data
         colour = np.array(data.color) * (np.array(data.temperature_color) if data.use_temperature else 1)
         out[seen] += shown_rgb(xyz, rgb_over_lamp("Rec.709", spectrum)) * data.energy * colour * lit[:, None]
@@ -111,10 +120,10 @@ def test_three_spectra_in_one_scene(stage, bakes, engine):
         (sun(stage, (-0.9, -0.5, 0.4), "LED-B1"), "LED-B1"),
         (sun(stage, (0.1, -0.7, 0.9), "tube"), "FL11"),
     ]
-    assign(stage, mesh, bakes("led+tube")[0])
+    assign(stage, mesh, bakes("led+tube"))
     assert bpy.ops.grating.lights(lights="LAMPS") == {"FINISHED"}
     bpy.context.view_layer.update()
-    truth, seen = sums(stage, mesh, bakes, lamps)
+    truth, seen = sums(stage, mesh, lamps)
     off = differences(stage.rgb(engine, truth.shape[0]), truth, seen)
     assert np.median(off) < MEDIAN
     assert np.percentile(off, 95) < P95
@@ -123,21 +132,21 @@ def test_three_spectra_in_one_scene(stage, bakes, engine):
 def lit(stage, bakes, light):
     """Assign a bake to a sphere under what lamps there are, with Lamps Only."""
     mesh = sphere(stage)
-    node = assign(stage, mesh, bakes(light)[0])
+    node = assign(stage, mesh, bakes(light))
     assert bpy.ops.grating.lights(lights="LAMPS") == {"FINISHED"}
     return mesh, node.node_tree
 
 
 def test_a_keyed_temperature_is_followed(stage, bakes):
-    lamp = sun(stage, (0.1, -0.7, 0.9), kelvins=2500)
-    for frame, kelvins in ((1, 2500), (24, 9000)):
+    lamp = sun(stage, (0.1, -0.7, 0.9), kelvins=2700)
+    for frame, kelvins in ((1, 2700), (24, 9000)):
         lamp.data.temperature = kelvins
         lamp.data.keyframe_insert("temperature", frame=frame)
     mesh, _ = lit(stage, bakes, "smooth")
-    for frame, nearest in ((24, 9000), (1, 2500)):
+    for frame, nearest in ((24, 9000), (1, 2700)):
         stage.scene.frame_set(frame)
         spectrum = f"{nearest}K"
-        truth, seen = sums(stage, mesh, bakes, [(lamp, spectrum)])
+        truth, seen = sums(stage, mesh, [(lamp, spectrum)])
         off = differences(stage.rgb("cycles", truth.shape[0]), truth, seen)
         assert np.median(off) < MEDIAN, frame
         assert np.percentile(off, 95) < P95, frame
@@ -259,7 +268,7 @@ def test_the_random_order_has_the_spectrum_of_the_world(stage, bakes, engine):
     stage.scene.world = world
     add_ball()
     look_at_ball(stage)
-    world_assign(stage, bakes("D65+532nm")[0], "REST")
+    world_assign(stage, bakes("D65+532nm"), "REST")
     assert round(stage.scene["ng_world_rest_spectrum"][0]) == row_of("2700K")
 
     def hues(row):

@@ -77,7 +77,7 @@ def test_a_bake_without_openexr_is_one_line(scene, tmp_path, spoilt_child, state
 @pytest.mark.parametrize("state", STATES)
 def test_a_bake_needs_no_pillow(scene, tmp_path, spoilt_child, state):
     spoilt_child(state, "PIL", "xatlas")
-    bpy.ops.grating.import_height_map(filepath="sample:cd")
+    bpy.ops.grating.import_height_map(filepath="sample:sinusoidal")
     grating = scene.natural_gratings.active()
     grating.delta_e = 9 if state == MISSING else 9.5  # avoids the cache
     assert bpy.ops.grating.bake(directory=str(tmp_path / "out")) == {"FINISHED"}

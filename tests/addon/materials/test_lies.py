@@ -34,7 +34,6 @@ def test_there_are_enough_lies():
 
 
 @pytest.mark.short(
-    "ng_key_0_place deleted",
     "numbers for flags",
     "leads to a lamp",
     "frame_map is a text",
