@@ -141,7 +141,7 @@ def relative_error(rendered, truth):
 BOUNDS = {"cycles": (0.005, 0.02), "eevee": (0.01, 0.04)}
 
 
-@pytest.mark.short("plane-two", "sphere-point", "snake")
+@pytest.mark.short("sphere-point", "snake")
 @pytest.mark.parametrize(
     ("form", "lights"),
     [*itertools.product(["plane", "sphere"], ["sun", "point", "two"]), ("snake", "two")],

@@ -39,13 +39,13 @@ def test_an_unwrap_keeps_the_colours_and_the_new_map_s_tangents_do_not(stage, sk
     snake.data.materials.clear()  # the pattern of its skin lies on its UV map
     assign(stage, snake, skin[0])
     pictures = {"uv": stage.rgb("cycles", PIXELS, name="uv")}
-    assert bpy.ops.grating.unwrap(size=2048) == {"FINISHED"}
+    assert bpy.ops.grating.unwrap(size=1024) == {"FINISHED"}
     snake.data.uv_layers["Unwrapped"].active_render = True
     pictures["kept"] = stage.rgb("cycles", PIXELS, name="kept")
     snake.data.uv_layers["UVMap"].active_render = True
     bpy.ops.grating.direction(kind="STORED")
     assert bpy.ops.grating.comb(source="COPY") == {"FINISHED"}
-    assert bpy.ops.grating.unwrap(size=2048) == {"FINISHED"}
+    assert bpy.ops.grating.unwrap(size=1024) == {"FINISHED"}
     snake.data.uv_layers["Unwrapped.001"].active_render = True
     pictures["combed, unwrapped"] = stage.rgb("cycles", PIXELS, name="combed_unwrapped")
     bpy.ops.grating.direction(kind="UV_MAP", uv_map="Unwrapped")
