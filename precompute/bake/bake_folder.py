@@ -15,7 +15,7 @@ from ..measure.shown_colours import is_shown
 from ..optics import coherence
 from ..surface.height_map import HeightMap
 from ..surface.relief import Relief, relief_of
-from ..surface.steps.pipeline import level
+from ..surface.steps.pipeline import WARNING, level
 from ..table import sample_set
 from ..table.atlas_file import AnyLayout, check_can_write, write_together
 from ..table.sample_set import path_beside
@@ -64,11 +64,20 @@ def bake_to_folder(
         "precision": str(made.image.dtype),
         "coherence_um": provenance["coherence_um"],
         "largest_albedo": made.table.largest_albedo,
-        "levelling": told,
+        "levelling": [*told, *_reduced(request, made.table.coherence_length_m)],
         "delta_e": made.delta_e,
         "shown": provenance["shown"],
         "files": [str(file) for file in pictures],
     }
+
+
+def _reduced(request: BakeRequest, length_m: float) -> list[str]:
+    """A warning if a bake's coherence length is shorter than the requested one (kernel.py)."""
+    asked_m = request.coherence_length_m or length_m
+    if length_m > 0.99 * asked_m:
+        return []
+    asked, given = (f"{each * 1e6:.3g} um" for each in (asked_m, length_m))
+    return [f"{WARNING}coherence of {asked}: reduced to {given}, as the scan's size or what the scene needs allows"]
 
 
 def _levelled(

@@ -29,7 +29,7 @@ from .request import BakeRequest
 
 # Part of every key. Raise it with every change of the bake's results that leaves atlas_file.FORMAT unchanged. Older
 # entries are then never used again, and the eviction removes them in time.
-BAKE_VERSION = 16
+BAKE_VERSION = 17
 # The environment variables that set the cache's folder, its limits of size in MiB and of unused days, and whether bakes
 # of other kinds of processor count.
 FOLDER_VARIABLE = "NATURAL_GRATINGS_CACHE"

@@ -8,10 +8,12 @@ normal, and w = cos(ti) + cos(tr).
 import numpy as np
 
 from .fresnel import KERATIN_IOR, fresnel_reflectance
-from .small_slope import IOR_MAX, small_slope_times_cosine_and_w2
+from .small_slope import small_slope_times_cosine_and_w2
 
 # The least index of the ratio form, a perfect mirror's; and what a table without the ratio form has in its place.
 RATIO_IOR, NO_RATIO = 1.5, 1.0
+# The largest index of the ratio form. Above it the light of all orders grows faster than the orders gain.
+RATIO_IOR_MAX = 5.0
 
 
 def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -34,11 +36,11 @@ def obliquity_times_cosine_and_w2(wi: np.ndarray, wr: np.ndarray) -> np.ndarray:
 
 
 def ratio_ior_of(index: complex) -> float:
-    """The index of the ratio form on a substrate of index n + ik: |n + ik|, from RATIO_IOR to IOR_MAX.
+    """The index of the ratio form on a substrate of index n + ik: |n + ik|, from RATIO_IOR to RATIO_IOR_MAX.
 
-    |n + ik| sets how Q falls towards the horizon. In comparisons with Maxwell's equations
-    on metals it is as good as RATIO_IOR up to 60 degrees, and better beyond (docs/theory.md, BRDF)."""
-    return min(max(abs(index), RATIO_IOR), IOR_MAX)
+    |n + ik| sets how Q falls towards the horizon. In comparisons with Maxwell's equations on metals it is as good as
+    RATIO_IOR up to 60 degrees, and better beyond (docs/theory.md, BRDF)."""
+    return min(max(abs(index), RATIO_IOR), RATIO_IOR_MAX)
 
 
 def scattering_factor(

@@ -29,10 +29,9 @@ import numpy as np
 
 from ..colour.channels import channel_count
 from ..colour.illuminants import is_illuminant
-from ..optics.brdf import NO_RATIO, RATIO_IOR
+from ..optics.brdf import NO_RATIO, RATIO_IOR, RATIO_IOR_MAX
 from ..optics.plate import NO_PLATE, PLATE_IOR_MAX
 from ..optics.region import FARTHEST, Region
-from ..optics.small_slope import IOR_MAX
 from .plate_gains import GAIN_TEXELS, PlateGains
 from .table import Table, past_end
 from .tiling import COARSER_MAX, LEVELS_MAX, PICTURE_SIDE_MAX, SPACINGS, TERMS_MAX, TILE_PADDING, Cell, Spacing, grid
@@ -184,7 +183,7 @@ class Layout:
             and all(type(each) in (int, float) and abs(each) <= _COEFFICIENT_MAX for each in self.basis)
             and (self.cell_rows, self.cell_columns) == self.cell.size
             and self.curve_rows + self.gain_texels == self.strip_rows
-            and (self.ratio_ior == NO_RATIO or RATIO_IOR <= self.ratio_ior <= IOR_MAX)
+            and (self.ratio_ior == NO_RATIO or RATIO_IOR <= self.ratio_ior <= RATIO_IOR_MAX)
             and 1 <= self.largest_albedo <= (_ALBEDO_MAX if self.holds_reflectance else 1)
             and _KERNELS[0] <= self.sigma_b <= _KERNELS[1]
             and _SCALES[0] <= self.scale <= _SCALES[1]

@@ -52,9 +52,10 @@ def efficiencies(k: np.ndarray, order: np.ndarray, matter: str, wavelength_m: fl
     phase, duty, step = 2 * np.pi * w * IOR * DEPTH_M / wavelength_m, RIDGE / PARTS, order[:, None] - order
     zero = np.abs(duty * np.exp(-1j * phase) + 1 - duty) ** 2
     scattered = duty**2 * np.sinc(step * duty) ** 2 * np.abs(np.exp(-1j * phase) - 1) ** 2
-    reflectance = parse(f"plate {IOR}, {matter}").reflectance(np.array([wavelength_m]), half.ravel()).reshape(w.shape)
-    factor = 4 * wi[..., 2] * wr[..., 2] * small_slope_reflectance(wi, wr, 1.5) / w**2
-    return reflectance * factor / fresnel_reflectance(half, 1.5) * np.where(step == 0, zero, scattered)
+    under = parse(f"plate {IOR}, {matter}")
+    reflectance = under.reflectance(np.array([wavelength_m]), half.ravel()).reshape(w.shape)
+    factor = 4 * wi[..., 2] * wr[..., 2] * small_slope_reflectance(wi, wr, under.ratio_ior) / w**2
+    return reflectance * factor / fresnel_reflectance(half, under.ratio_ior) * np.where(step == 0, zero, scattered)
 
 
 def found_and_true(gains: PlateGains, matter: str, wi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

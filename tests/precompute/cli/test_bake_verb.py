@@ -82,6 +82,7 @@ def test_bake_takes_its_options(run, scan, tmp_path):
     facts = json.loads((tmp_path / "facts.json").read_text())
     # The scan's window leaves room for 0.56 of its side of 4 um, to the pixels of the window (bake/kernel.py).
     assert facts["coherence_um"] == pytest.approx(0.56 * 4, rel=0.02)
+    assert "warning: coherence of 4 um: reduced to 2.2" in out
     assert atlas_file.read(tmp_path / "skin.exr")[0].illuminant == "E"
 
 

@@ -4,9 +4,8 @@
 import numpy as np
 import pytest
 
-from precompute.optics.brdf import NO_RATIO, RATIO_IOR
+from precompute.optics.brdf import NO_RATIO, RATIO_IOR, RATIO_IOR_MAX
 from precompute.optics.fresnel import fresnel_reflectance
-from precompute.optics.small_slope import IOR_MAX
 from precompute.reflectance.matter import DIELECTRIC, Matter
 from precompute.reflectance.matter_text import parse
 from precompute.reflectance.metals import metal_index
@@ -31,9 +30,9 @@ def test_the_substrate_has_the_index_of_the_ratio_form():
     assert parse("mirror").ratio_ior == parse("1.56/120nm, air").ratio_ior == RATIO_IOR
     assert parse("2.4").ratio_ior == parse("1.5/80nm, 2.4").ratio_ior == 2.4
     gold = abs(metal_index("gold", np.array([550e-9]))[0])
-    assert parse("gold").ratio_ior == gold < IOR_MAX
+    assert parse("gold").ratio_ior == gold < RATIO_IOR_MAX
     assert parse("plate 1.5, gold").ratio_ior == pytest.approx(gold / 1.5, rel=1e-12)
-    assert parse("aluminium").ratio_ior == IOR_MAX
+    assert parse("aluminium").ratio_ior == RATIO_IOR_MAX
 
 
 def test_a_fixed_index_is_fresnel():
