@@ -21,7 +21,7 @@ def ball(stage):
     return bpy.context.object
 
 
-@pytest.mark.short("cycles-perspective", "eevee-orthographic")
+@pytest.mark.short("cycles-orthographic", "eevee-perspective")
 @pytest.mark.parametrize("projection", ["orthographic", "perspective"])
 @pytest.mark.parametrize("engine", ENGINES)
 def test_on_a_ball_it_is_the_closed_form(stage, engine, projection):

@@ -31,12 +31,9 @@ def under_a_hidden_parent(lamp):
 
 
 HIDE = {
-    "camera icon": lambda lamp: setattr(lamp, "hide_render", True),
     "collection's camera icon": lambda lamp: setattr(lamp.users_collection[0], "hide_render", True),
     "under a hidden parent": under_a_hidden_parent,
     "excluded": lambda lamp: setattr(layer_of(lamp), "exclude", True),
-    "glossy visibility": lambda lamp: setattr(lamp, "visible_glossy", False),
-    "scaled to nothing": lambda lamp: setattr(lamp, "scale", (1, 0, 1)),
 }
 
 
@@ -49,6 +46,15 @@ def test_a_hidden_lamp_leaves_its_place_to_a_visible_one(lit, ranked, way):
     assert "Weak" not in ranked()
     HIDE[way](lamps[0])
     assert ranked() == [f"L{k}" for k in range(1, 8)] + ["Weak"]
+
+
+def test_lamps_hidden_by_themselves_leave_their_places_too(lit, ranked):
+    """By the camera's icon, by Ray Visibility, and by a scale of 0."""
+    lamps = equal_lamps(lit, 8, "AREA")
+    for k in range(3):
+        add_lamp(lit, f"Weak{k}", energy=0.1)
+    lamps[0].hide_render, lamps[1].visible_glossy, lamps[2].scale = True, False, (1, 0, 1)
+    assert set(ranked()) == {*(f"L{k}" for k in range(3, 8)), "Weak0", "Weak1", "Weak2"}
 
 
 def test_hidden_lamps_take_the_places_that_are_left(lit, ranked):

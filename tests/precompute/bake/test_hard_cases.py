@@ -151,6 +151,12 @@ def test_a_thin_scan_has_no_coherence_over_its_width(asked_m):
     assert kernel_for((thin,), BakeRequest(coherence_length_m=asked_m)) == pytest.approx(least, rel=1e-2)
 
 
+def test_a_thin_scan_is_refused_that_holds_no_wavelength_across():
+    """However long it is: 5 pixels of 80 nm are 0.4 um."""
+    with pytest.raises(GratingError, match="is too small to average"):
+        kernel_for((prepare(scan(skin(5, 4096))),), BakeRequest())
+
+
 def test_a_pixel_is_refused_on_the_command_line(tmp_path, capsys):
     Image.fromarray(np.zeros((1, 1), np.uint8)).save(tmp_path / "pixel.png")
     asked = ["--size-um", "0.08", "--height-nm", "100", "--progress", "none", "--no-cache"]
