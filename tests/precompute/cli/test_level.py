@@ -37,9 +37,10 @@ def test_the_steps_are_in_the_header_and_what_they_told_is_in_the_facts(baked):
     folder, facts = baked
     _, record = read_header(folder / "skin.exr")
     assert record["request"]["levelling"] == STEPS.split(",")
-    turned, dust = facts["levelling"]
+    turned, dust, coherence = facts["levelling"]
     assert turned == "rotate:30: 35 x 35 of 48 x 48 pixels are kept"
     assert dust.startswith("dust:6: ")
+    assert coherence.startswith("warning: coherence of 2.5 um: reduced to ")
     # The record describes the scan before the steps.
     assert record["shape"] == [48, 48]
 
