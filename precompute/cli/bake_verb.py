@@ -8,11 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from ..bake import cache
-from ..bake.bake_folder import LEVELLING, are_facts, bake_to_folder
+from ..bake.bake_folder import LEVELLING, bake_to_folder
 from ..bake.needs import read_needs
 from ..bake.request import BakeRequest, Scan, request_from
 from ..base.failure import GratingError
-from ..base.progress import Progress as AnyProgress
 from ..base.progress import span_of
 from ..base.strict_json import read_json
 from ..colour.working_space import RGB_SPACES, lamp_line
@@ -69,16 +68,10 @@ def run(arguments: argparse.Namespace) -> None:
         height_maps.append(scan.read())
     progress = span_of(told, _READ, 1)
 
-    def make(folder: Path, progress: AnyProgress) -> dict[str, Any]:
-        return bake_to_folder(height_maps, request, folder, progress=progress)
-
     if arguments.no_cache:
-        facts = {**make(arguments.output, progress), "cached": False}
+        facts = {**bake_to_folder(height_maps, request, arguments.output, progress=progress), "cached": False}
     else:
-        facts = cache.bake_once(
-            cache.key_of(height_maps, request), arguments.output, make,
-            believed=lambda facts: are_facts(facts, height_maps), progress=progress,
-        )  # fmt: skip
+        facts = cache.cached_bake(height_maps, request, arguments.output, progress=progress)
     lamps = [lamp_line(space, request.illuminant) for space in RGB_SPACES]
     emit(facts, arguments.json, lambda: (*bake_summary(facts, request.illuminant), *filter(None, lamps)))
 
