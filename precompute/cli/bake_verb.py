@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ..bake import cache
-from ..bake.bake_folder import LEVELLING, bake_to_folder
+from ..bake.bake_folder import LEVELLING, bake_name, bake_to_folder
 from ..bake.needs import read_needs
 from ..bake.request import BakeRequest, Scan, request_from
 from ..base.failure import GratingError
@@ -18,10 +18,11 @@ from ..colour.working_space import RGB_SPACES, lamp_line
 from ..measure.shown_colours import told
 from ..presets.presets import preset_names, read_preset
 from ..table import atlas_file
+from ..table.sample_set import path_beside
 from .arguments import add_bake_options, add_input
 from .lamps_line import line_of_bake
 from .option_types import name_argument, path_argument
-from .printing import Progress, emit
+from .printing import Progress, emit, refuse_to_replace
 
 # The share of a run's time that reading its scans takes, about.
 _READ = 0.01
@@ -67,7 +68,8 @@ def run(arguments: argparse.Namespace) -> None:
         told(_READING, _READ * number / len(request.scans))
         height_maps.append(scan.read())
     progress = span_of(told, _READ, 1)
-
+    table = arguments.output / f"{bake_name(height_maps)}.exr"
+    refuse_to_replace([scan.source for scan in request.scans], [table, path_beside(table)])
     if arguments.no_cache:
         facts = {**bake_to_folder(height_maps, request, arguments.output, progress=progress), "cached": False}
     else:
