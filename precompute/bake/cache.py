@@ -205,7 +205,8 @@ def _delivered(folder: Path, output: Path, facts: dict[str, Any], *, is_cached: 
     """Move a bake's files into the output. Returns the facts with their new paths."""
     names = [Path(file).name for file in facts["files"]]
     for name in names:
-        (folder / name).replace(output / name)
+        with told_of(output / name):
+            (folder / name).replace(output / name)
     return {**facts, "files": [str(output / name) for name in names], "cached": is_cached}
 
 
@@ -278,10 +279,11 @@ def _staging(output: Path, key: str, *, is_locked: bool) -> Iterator[Path]:
     is_new = not output.exists()
     owner = machine_name() if is_locked else "unlocked"
     try:
-        with told_of(output):
-            output.mkdir(parents=True, exist_ok=True)
-            with partial_folder(output, f"bake.{key[:16]}.{owner}") as folder:
-                yield folder
+        with contextlib.ExitStack() as stack:
+            with told_of(output):
+                output.mkdir(parents=True, exist_ok=True)
+                folder = stack.enter_context(partial_folder(output, f"bake.{key[:16]}.{owner}"))
+            yield folder
     finally:
         if is_new:
             with contextlib.suppress(OSError):
