@@ -11,6 +11,7 @@ them."""
 
 import hashlib
 import json
+import re
 import unicodedata
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -71,7 +72,8 @@ def plain_name(text: str) -> str:
     """A text as a file name without ending, for every system and as a word of a command: letters and digits of every
     script, dots and dashes. Runs of other characters become one underscore, and a long name is shortened."""
     kept = (c if c in ".-" or unicodedata.category(c)[0] in "LMN" else " " for c in unicodedata.normalize("NFC", text))
-    return short_stem("_".join("".join(kept).split()).strip("._-") or "_")
+    short = short_stem("_".join("".join(kept).split()).strip("._-") or "_")
+    return re.sub("_+", "_", short)
 
 
 def hash_of(record: Any) -> str:
