@@ -2,6 +2,7 @@
 """Files that Blender writes, checked: it reports success for a picture or a compressed .blend that a full disk has
 cut."""
 
+import os
 import re
 import secrets
 from pathlib import Path
@@ -48,8 +49,7 @@ def save_copy(path: Path, *, keep: bool = False, **options: Any) -> None:
     try:
         with told_of(path):
             bpy.ops.wm.save_as_mainfile(filepath=str(partial), copy=True, **options)
-            if _is_cut(partial):
-                raise OSError(_CUT)
+            check_blend(partial)
             if keep and path.exists():
                 path.replace(f"{path}1")
             partial.replace(path)
@@ -62,9 +62,10 @@ def is_partial_copy(name: str, stem: str) -> bool:
     return re.fullmatch(rf"\.{re.escape(stem)}\.[0-9a-f]{{{2 * _RANDOM_BYTES}}}\.blend@?", name) is not None
 
 
-def _is_cut(path: Path) -> bool:
-    """Whether a compressed .blend lacks its end. Blender itself reports an uncompressed one that is cut."""
+def check_blend(path: Path) -> None:
+    """Raise OSError if a compressed .blend lacks its end. Blender itself reports an uncompressed one that is cut."""
     with path.open("rb") as file:
         is_compressed = file.read(4) == _COMPRESSED
-        file.seek(-4, 2)
-        return is_compressed and file.read(4) != _TABLE_ENDS
+        file.seek(-4, os.SEEK_END)
+        if is_compressed and file.read(4) != _TABLE_ENDS:
+            raise OSError(_CUT)
