@@ -23,9 +23,10 @@ from ...precompute.cli.option_types import count, name_argument
 from ...precompute.render_job.job_file import Job
 from ...precompute.render_job.job_log import Log
 from ...precompute.render_job.pictures import scene_names
-from ...precompute.render_job.plan import LOGS, PICTURES, read_plan
+from ...precompute.render_job.plan import LOGS, PICTURES, SCENES, read_plan
+from ..blender.written import remove_partial_copies
 from ..rendering import worker
-from .job_scenes import make_scene, measure, plan_path, remove_partial
+from .job_scenes import make_scene, measure, plan_path
 
 _STEPS = ("needs", "bake", "frames", "sheet")
 
@@ -158,7 +159,8 @@ def _alone(job: Job, arguments: argparse.Namespace) -> Iterator[None]:
 
 
 def _remove_partial(job: Job) -> None:
-    remove_partial(job)
+    """Remove what killed processes left. No other process may make the job's scenes."""
+    remove_partial_copies(job.output / SCENES)
     worker.remove_partial(job.output / PICTURES)
 
 

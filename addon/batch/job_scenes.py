@@ -19,9 +19,9 @@ from ...precompute.base.files import told_of
 from ...precompute.base.progress import Progress
 from ...precompute.base.strict_json import read_json
 from ...precompute.render_job.job_file import Job, Surface, as_record
-from ...precompute.render_job.pictures import pictures_of, scene_names
+from ...precompute.render_job.pictures import pictures_of
 from ...precompute.render_job.plan import NEEDS, SCENES, Picture, hash_of, plan_of, recipe_of_plan, write_record
-from ..blender.written import is_partial_copy, save_copy
+from ..blender.written import save_copy
 from ..gratings.grating import Grating, active_grating
 from ..materials.skin import SETTABLE
 from ..rendering import worker
@@ -184,10 +184,3 @@ def _check(pictures: Sequence[Picture]) -> None:
     seen = {(one.camera, one.zoom, one.lamps): one for one in pictures}
     for picture in seen.values():
         set_up(asdict(picture), base)
-
-
-def remove_partial(job: Job) -> None:
-    """Remove what killed processes left of scenes that were not whole. No other process may make the job's scenes."""
-    for left in (job.output / SCENES).glob(".*"):
-        if any(is_partial_copy(left.name, name) for name in scene_names(job)):
-            left.unlink(missing_ok=True)

@@ -14,8 +14,8 @@ from ...precompute.base.files import told_of
 
 # The first bytes of a compressed .blend, and the last ones: its table of frames (the seekable format of Zstandard).
 _COMPRESSED, _TABLE_ENDS = b"\x28\xb5\x2f\xfd", b"\xb1\xea\x92\x8f"
-# Random bytes in the name of an unfinished copy.
-_RANDOM_BYTES = 8
+# The name of an unfinished copy. Blender adds the @ while it writes.
+_PARTIAL = re.compile(r"\.grating\.[0-9a-f]{16}\.blend@?")
 _CUT = "Blender wrote only a part of it"
 
 
@@ -45,7 +45,7 @@ def save_copy(path: Path, *, keep: bool = False, **options: Any) -> None:
     """Save the open file at a path, whole or not at all: under another name in its folder, so that relative paths are
     right. `keep`: a file that was there gets the ending .blend1. `options` are those of Blender's operator. Raises
     GratingError or RuntimeError if it cannot be written."""
-    partial = path.with_name(f".{path.stem}.{secrets.token_hex(_RANDOM_BYTES)}.blend")
+    partial = path.with_name(f".grating.{secrets.token_hex(8)}.blend")
     try:
         with told_of(path):
             bpy.ops.wm.save_as_mainfile(filepath=str(partial), copy=True, **options)
@@ -57,9 +57,11 @@ def save_copy(path: Path, *, keep: bool = False, **options: Any) -> None:
         partial.unlink(missing_ok=True)
 
 
-def is_partial_copy(name: str, stem: str) -> bool:
-    """Whether a file's name is one that save_copy gives to an unfinished copy. Blender adds an @ as it writes."""
-    return re.fullmatch(rf"\.{re.escape(stem)}\.[0-9a-f]{{{2 * _RANDOM_BYTES}}}\.blend@?", name) is not None
+def remove_partial_copies(folder: Path) -> None:
+    """Remove what killed processes left of save_copy in a folder, into which no other process may save."""
+    for left in folder.glob(".grating.*"):
+        if _PARTIAL.fullmatch(left.name):
+            left.unlink(missing_ok=True)
 
 
 def check_blend(path: Path) -> None:

@@ -76,11 +76,11 @@ def test_all_pictures_are_rendered_once(addon, job, tmp_path, capfd):
     (folder / f"{NAMES[2]}.exr").write_bytes(raw[:-1] + bytes([raw[-1] ^ 1]))
     record_path = folder / f"{NAMES[0]}.json"
     record_path.write_text(json.dumps(json.loads(record_path.read_text()) | {"files": {}}))
-    left = [folder / ".picture.0a1b2c3d.abcdefgh..partial", tmp_path / f"out/scenes/.waves.{'0a' * 8}.blend@"]
+    left = [folder / ".picture.0a1b2c3d.abcdefgh..partial", tmp_path / f"out/scenes/.grating.{'0a' * 8}.blend@"]
     left[0].mkdir()
     (left[0] / ".lock").touch()
     left[1].touch()
-    kept = [tmp_path / "out" / "scenes" / ".mine.blend", folder / ".picture.mine.partial"]
+    kept = [tmp_path / "out" / "scenes" / ".grating.mine.blend", folder / ".picture.mine.partial"]
     for path in kept:
         path.touch()
     before = len(events(tmp_path / "out"))
