@@ -100,7 +100,7 @@ def test_the_bake_of_another_request_is_not_taken(run_bake, tmp_path, cache_fold
     (entry,) = cache_folder.glob("entries/*")
     record = json.loads((entry / "record.json").read_text())
     assert cache.key_of(record["of"]) == entry.name and cache.is_of(record["of"], list(entry.glob("files/*")))
-    record["of"]["parameters"]["delta_e"] = 6
+    record["of"]["parameters"]["delta_e"] = 6.0
     wanted = shutil.copytree(entry, entry.with_name(cache.key_of(record["of"])))
     (wanted / "record.json").write_text(json.dumps(record))
     monkeypatch.setattr(ensemble, "plan", never)
