@@ -214,7 +214,11 @@ def test_faults_are_told_before_anything_is_rendered(addon, job, tmp_path, capfd
 
 
 def test_a_plan_of_another_version_is_refused(addon, job, tmp_path, capfd):
+    """And a file in the place of the pictures is the one that is blamed, not the log."""
     assert addon.commands.execute(["job", str(job), "--step", "bake"]) == 0
+    (tmp_path / "out" / "pictures").touch()
+    assert addon.commands.execute(["job", str(job), "--step", "frames"]) == 1
+    assert f"error: {tmp_path / 'out' / 'pictures'}: cannot be written (File exists)" in capfd.readouterr().err
     plan = tmp_path / "out" / "scenes" / "waves.json"
     assert addon.worker.read_plan(plan)["pictures"][0]["name"] == NAMES[0]
     plan.write_text(plan.read_text().replace('"format": 1', '"format": 0'))
