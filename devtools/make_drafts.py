@@ -5,15 +5,11 @@
 
 import sys
 from functools import partial
-from pathlib import Path
 
 from precompute.bake import cache
-from precompute.bake.bake_folder import are_facts, bake_to_folder
-from precompute.bake.request import BakeRequest
 from precompute.cli.parser import OneLineParser
 from precompute.presets.drafts import draft_request, shipped_draft, write_draft
 from precompute.presets.presets import preset_names, read_preset
-from precompute.surface.height_map import HeightMap
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -24,18 +20,9 @@ def main(argv: list[str] | None = None) -> int:
         request = draft_request(read_preset(name).request)
         if shipped_draft(name, request) is None:
             height_maps = [scan.read() for scan in request.scans]
-            write_draft(name, request, partial(_bake, height_maps, request))
+            write_draft(name, request, partial(cache.cached_bake, height_maps, request))
         print(name, flush=True)
     return 0
-
-
-def _bake(height_maps: list[HeightMap], request: BakeRequest, folder: Path) -> dict:
-    return cache.bake_once(
-        cache.key_of(height_maps, request),
-        folder,
-        lambda folder, progress: bake_to_folder(height_maps, request, folder, progress=progress),
-        believed=lambda facts: are_facts(facts, height_maps),
-    )
 
 
 if __name__ == "__main__":

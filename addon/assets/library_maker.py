@@ -6,10 +6,12 @@ from pathlib import Path
 
 import bpy
 
+from ...precompute.base.files import told_of
 from ...precompute.base.strict_json import read_json
 from ...precompute.cli.printing import Progress
 from ...precompute.presets.presets import Preset, read_preset
 from ..blender.compat import prefer_append
+from ..blender.written import check_blend
 from ..gratings.grating import active_grating
 from ..workflow.adding_holograms import fit_hologram_later
 from ..workflow.adding_presets import import_preset
@@ -33,7 +35,8 @@ def write_assets(request_path: Path) -> None:
 
 
 def _write_asset(preset: Preset, path: Path) -> None:
-    """Write the material of a preset, baked at draft quality if no draft ships."""
+    """Write the material of a preset, baked at draft quality if no draft ships. Raises GratingError if the file is not
+    written whole."""
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     scene = bpy.context.scene
     import_preset(scene, preset.name)
@@ -46,7 +49,9 @@ def _write_asset(preset: Preset, path: Path) -> None:
     for image in bpy.data.images:
         if image.filepath:  # its pixels are packed; another machine does not have this path
             image.filepath_raw = f"//{Path(image.filepath).name}"
-    bpy.data.libraries.write(str(path), {material}, compress=True)
+    with told_of(path):
+        bpy.data.libraries.write(str(path), {material}, compress=True)
+        check_blend(path)
 
 
 def _mark(material: bpy.types.Material, preset: Preset) -> None:

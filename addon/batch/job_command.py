@@ -22,9 +22,11 @@ from ...precompute.cli import job_verb, printing
 from ...precompute.cli.option_types import count, name_argument
 from ...precompute.render_job.job_file import Job
 from ...precompute.render_job.job_log import Log
-from ...precompute.render_job.pictures import LOGS, PICTURES, scene_names
+from ...precompute.render_job.pictures import scene_names
+from ...precompute.render_job.plan import LOGS, PICTURES, SCENES, read_plan
+from ..blender.written import remove_partial_copies
 from ..rendering import worker
-from .job_scenes import faults_as_errors, make_scene, measure, plan_path, remove_partial
+from .job_scenes import make_scene, measure, plan_path
 
 _STEPS = ("needs", "bake", "frames", "sheet")
 
@@ -63,7 +65,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _run(job: Job, names: list[str], arguments: argparse.Namespace) -> int:
     """Do the steps that were asked for. Returns the exit status."""
-    with _alone(job, arguments), _log(job) as log:
+    with _alone(job, arguments):
+        log = _log_of(job)
         log("begun", job=str(job.path), step=arguments.step or "all", blender=bpy.app.version_string)
         steps = [arguments.step] if arguments.step else list(_STEPS)
         failed = False
@@ -90,17 +93,16 @@ def _chosen(job: Job, only: str | None) -> list[str]:
 def _render(job: Job, names: list[str], arguments: argparse.Namespace, log: Log) -> bool:
     """Render the pictures of some scenes. Returns whether one failed. Raises GratingError if a scene is missing."""
     tell, whole = worker.progress_lines(False), worker.Outcome()
-    with faults_as_errors():
-        paths = [plan_path(job, name) for name in names]
-        plans = [(path, len(_part(arguments, worker.read_plan(path)["pictures"]))) for path in paths]
-        total, before = sum(wanted for _, wanted in plans), 0
-        for path, wanted in plans:
-            tell_of_all = partial(_tell_of_all, tell, before=before, total=total)
-            outcome = worker.render_plan(
-                path, partial(_part, arguments), again=arguments.again, threads=arguments.threads,
-                tell=tell_of_all, log=log,
-            )  # fmt: skip
-            whole, before = whole + outcome, before + wanted
+    paths = [plan_path(job, name) for name in names]
+    plans = [(path, len(_part(arguments, read_plan(path)["pictures"]))) for path in paths]
+    total, before = sum(wanted for _, wanted in plans), 0
+    for path, wanted in plans:
+        tell_of_all = partial(_tell_of_all, tell, before=before, total=total)
+        outcome = worker.render_plan(
+            path, partial(_part, arguments), again=arguments.again, threads=arguments.threads,
+            tell=tell_of_all, log=log,
+        )  # fmt: skip
+        whole, before = whole + outcome, before + wanted
     print(whole)
     if whole.failed:
         told = ", ".join(whole.failed[:5]) + (", ..." if whole.failed[5:] else "")
@@ -142,6 +144,8 @@ def _print(line: str) -> None:
 def _alone(job: Job, arguments: argparse.Namespace) -> Iterator[None]:
     """Refuse to run a whole job twice at the same time. Tasks of a farm run side by side."""
     if arguments.step is not None:
+        if arguments.step == "sheet":  # a farm's last step: no task bakes or renders any more
+            _remove_partial(job)
         yield
         return
     with told_of(job.output):
@@ -150,17 +154,17 @@ def _alone(job: Job, arguments: argparse.Namespace) -> Iterator[None]:
     if lock is None:
         raise GratingError(job.output, "another process renders this job", "wait for it, or choose another output")
     with lock:
-        remove_partial(job)
-        worker.remove_partial(job.output / PICTURES)
+        _remove_partial(job)
         yield
 
 
-@contextlib.contextmanager
-def _log(job: Job) -> Iterator[Log]:
+def _remove_partial(job: Job) -> None:
+    """Remove what killed processes left. No other process may make the job's scenes."""
+    remove_partial_copies(job.output / SCENES)
+    worker.remove_partial(job.output / PICTURES)
+
+
+def _log_of(job: Job) -> Log:
     """The log of this run: a file of its own, as several machines may write at once."""
     began = datetime.now(UTC).strftime("%Y%m%d-%H%M%S")
-    path = job.output / LOGS / f"{began}-{platform.node() or 'host'}-{os.getpid()}.jsonl"
-    with told_of(path):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with path.open("a", encoding="utf-8") as file:
-            yield Log(file)
+    return Log(job.output / LOGS / f"{began}-{platform.node() or 'host'}-{os.getpid()}.jsonl")

@@ -2,12 +2,10 @@
 """Makes the scenes of a render job: .blend files that hold their bakes, so that a worker renders them without the
 extension, each beside the plan of its pictures."""
 
-import contextlib
 import json
-import secrets
 import sys
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
@@ -21,20 +19,13 @@ from ...precompute.base.files import told_of
 from ...precompute.base.progress import Progress
 from ...precompute.base.strict_json import read_json
 from ...precompute.render_job.job_file import Job, Surface, as_record
-from ...precompute.render_job.pictures import (
-    SCENES,
-    Picture,
-    hash_of,
-    pictures_of,
-    plan_of,
-    recipe_of_plan,
-    write_record,
-)
-from ...precompute.surface.height_map import is_synthetic
+from ...precompute.render_job.pictures import pictures_of
+from ...precompute.render_job.plan import NEEDS, SCENES, Picture, hash_of, plan_of, recipe_of_plan, write_record
+from ..blender.written import save_copy
 from ..gratings.grating import Grating, active_grating
 from ..materials.skin import SETTABLE
 from ..rendering import worker
-from ..rendering.picture_setup import Base, Fault, set_up
+from ..rendering.picture_setup import Base, set_up
 from ..workflow.adding_presets import add_preset
 from ..workflow.assigning import add_to_meshes, assign_to_meshes
 from ..workflow.baking import bake_and_wait
@@ -47,7 +38,6 @@ from .input_settings import setting
 from .objects import chosen_objects
 
 _MANIFEST = Path(__file__).resolve().parents[2] / "blender_manifest.toml"
-NEEDS = "needs"
 
 
 def extension_version() -> str:
@@ -74,7 +64,7 @@ def make_scene(job: Job, name: str, progress: Progress) -> Path:
         if surface is not None:
             _put_on(job, surface, pictures, progress)
         path.unlink(missing_ok=True)  # a plan beside another scene would be believed
-        _save(path.with_suffix(".blend"))
+        save_copy(path.with_name(f"{name}.blend"), relative_remap=True, compress=True)
         _check(pictures)  # last, because it changes the open scene
     request = None if surface is None else surface.request.as_dict()
     made_by = {"natural_gratings": extension_version(), "request": request}
@@ -113,7 +103,7 @@ def _recipe(job: Job, surface: Surface | None, pictures: Sequence[Picture]) -> l
     record: Any = None
     if surface is not None:
         record = json.loads(json.dumps(as_record(surface), default=list))
-        files += [Path(scan.source) for scan in surface.request.scans if not is_synthetic(scan.source)]
+        files += surface.files
     views = [asdict(replace(picture, name="")) for picture in pictures] if job.needs else []
     return [extension_version(), record, [_sha256(path) for path in files], views]
 
@@ -129,8 +119,7 @@ def _sha256(path: Path) -> str:
 def _open(job: Job, surface: Surface | None) -> None:
     """Open the job's scene, or make the one in which Show Me shows the surface's preset."""
     if job.scene is not None:
-        with faults_as_errors():
-            worker.open_scene(job.scene)
+        worker.open_scene(job.scene)
         return
     if surface is None or surface.preset is None:
         raise GratingError(job.path, "it names neither a scene nor a preset", 'add scene = "FILE.blend"')
@@ -183,23 +172,9 @@ def _needs(pictures: Sequence[Picture], grating: Grating, progress: Progress) ->
     """What all pictures need of a grating's bake."""
     base = Base.now()
     records = {json.dumps(asdict(replace(one, name="", engine=None, seed=None))): one for one in pictures}
-    views = [partial(_look, asdict(picture), base) for picture in records.values()]
+    views = [partial(set_up, asdict(picture), base) for picture in records.values()]
     views[0]()
     return measure_needs(bpy.context.scene, grating, views=views, progress=progress).needs
-
-
-def _look(picture: dict[str, Any], base: Base) -> None:
-    with faults_as_errors():
-        set_up(picture, base)
-
-
-@contextlib.contextmanager
-def faults_as_errors() -> Iterator[None]:
-    """Turn a Fault of the worker, which knows no GratingError, into one."""
-    try:
-        yield
-    except Fault as fault:
-        raise GratingError("", str(fault), "") from fault
 
 
 def _check(pictures: Sequence[Picture]) -> None:
@@ -208,21 +183,4 @@ def _check(pictures: Sequence[Picture]) -> None:
     base = Base.now()
     seen = {(one.camera, one.zoom, one.lamps): one for one in pictures}
     for picture in seen.values():
-        _look(asdict(picture), base)
-
-
-def remove_partial(job: Job) -> None:
-    """Remove what killed processes left of scenes that were not whole. No other process may make the job's scenes."""
-    for left in (job.output / SCENES).glob(".*.blend"):
-        left.unlink(missing_ok=True)
-
-
-def _save(path: Path) -> None:
-    """Save a copy of the open file whole: under another name in the same folder, so that relative paths are right."""
-    partial_path = path.with_name(f".{path.stem}.{secrets.token_hex(8)}.blend")
-    try:
-        bpy.ops.wm.save_as_mainfile(filepath=str(partial_path), copy=True, relative_remap=True, compress=True)
-        with told_of(path):
-            partial_path.replace(path)
-    finally:
-        partial_path.unlink(missing_ok=True)
+        set_up(asdict(picture), base)

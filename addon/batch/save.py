@@ -8,6 +8,7 @@ import bpy
 
 from ...precompute.base.failure import GratingError
 from ...precompute.cli.option_types import path_argument
+from ..blender.written import save_copy
 
 
 def add_save(parser: argparse.ArgumentParser) -> None:
@@ -16,8 +17,10 @@ def add_save(parser: argparse.ArgumentParser) -> None:
 
 
 def save(path: Path | None) -> None:
-    """Save the open file, to a path or in place. Raises GratingError if it was never saved and no path is given."""
-    target = str(path.resolve()) if path else bpy.data.filepath
-    if not target:
+    """Save the open file, whole or not at all, to a path or in place; a file that was there stays as .blend1, unless
+    the preferences want no versions. Raises GratingError if it was never saved and no path is given, or if it cannot be
+    written."""
+    if path is None and not bpy.data.filepath:
         raise GratingError("", "the scene has no file yet", "give --save FILE.blend")
-    bpy.ops.wm.save_as_mainfile(filepath=target)
+    target = Path(path or bpy.data.filepath).resolve()
+    save_copy(target, keep=bpy.context.preferences.filepaths.save_version > 0)

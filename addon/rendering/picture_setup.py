@@ -9,11 +9,8 @@ from typing import Any
 import bpy
 from mathutils import Matrix, Vector
 
+from ...precompute.base.failure import GratingError
 from ..blender import compat
-
-
-class Fault(Exception):
-    """One line for the user: what, what is wrong, what to do."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +41,7 @@ class Base:
 
 
 def set_up(picture: Mapping[str, Any], base: Base) -> None:
-    """Set the open scene to a picture. Raises Fault if the scene lacks a camera, a lamp or an object of it."""
+    """Set the open scene to a picture. Raises GratingError if the scene lacks a camera, a lamp or an object of it."""
     scene, render = bpy.context.scene, bpy.context.scene.render
     for name, (lens, scale) in base.lenses.items():
         bpy.data.cameras[name].lens, bpy.data.cameras[name].ortho_scale = lens, scale
@@ -55,7 +52,7 @@ def set_up(picture: Mapping[str, Any], base: Base) -> None:
     elif base.camera is not None and not any(marker.camera for marker in scene.timeline_markers):
         scene.camera = base.camera
     if scene.camera is None:
-        raise Fault(f"scene {scene.name}: no camera; add one, or name it under `cameras`")
+        raise GratingError(f"scene {scene.name}", "no camera", "add one, or name it under `cameras`")
     if picture["zoom"] is not None and scene.camera.type == "CAMERA":
         _refuse_moved(scene.camera.data, "its lens")
         scene.camera.data.lens *= picture["zoom"]
@@ -79,17 +76,18 @@ def _engine(name: str) -> str:
 
 
 def _object(name: str, kind: str | None = None) -> bpy.types.Object:
-    """An object of the open scene. Raises Fault if there is none of this name, or it is of another kind."""
+    """An object of the open scene. Raises GratingError if there is none of this name, or it is of another kind."""
     found = bpy.context.scene.objects.get(name)
     if found is None or (kind is not None and found.type != kind):
         there = ", ".join(one.name for one in bpy.context.scene.objects if kind in (None, one.type)) or "none"
         noun = {"CAMERA": "camera", "LIGHT": "lamp"}.get(kind or "", "object")
-        raise Fault(f"{name}: no such {noun} in the scene; there are {there}")
+        raise GratingError(name, f"no such {noun} in the scene", f"there are {there}")
     return found
 
 
 def _set_lamp(state: Mapping[str, Any], base: Base) -> None:
-    """Turn a lamp, or move it round an object at its distance, and set its strength. Raises Fault as _object does."""
+    """Turn a lamp, or move it round an object at its distance, and set its strength. Raises GratingError as _object
+    does."""
     lamp = _object(state["lamp"], "LIGHT")
     matrix, energy = base.lamps[lamp.name]
     _refuse_moved(lamp, "it")
@@ -105,16 +103,17 @@ def _set_lamp(state: Mapping[str, Any], base: Base) -> None:
         centre = _middle(_object(state["around"]))
         place = centre + (place - centre).length * towards
     elif lamp.data.type != "SUN":
-        raise Fault(f"{lamp.name}: `around` is missing; name the object that this lamp goes round")
+        raise GratingError(lamp.name, "`around` is missing", "name the object that this lamp goes round")
     # A lamp shines along its -Z axis.
     lamp.matrix_world = Matrix.LocRotScale(place, towards.to_track_quat("Z", "Y"), scale)
 
 
 def _refuse_moved(block: bpy.types.Object | bpy.types.Camera | bpy.types.Light, what: str) -> None:
-    """Raise Fault if keyframes, drivers or constraints move what a picture would set."""
+    """Raise GratingError if keyframes, drivers or constraints move what a picture would set."""
     held = block.animation_data
     if getattr(block, "constraints", None) or (held is not None and (held.action or held.drivers or held.nla_tracks)):
-        raise Fault(f"{block.name}: {what} is animated or constrained; remove that, or leave it out of the job")
+        fault = f"{what} is animated or constrained"
+        raise GratingError(block.name, fault, "remove that, or leave it out of the job")
 
 
 def _middle(thing: bpy.types.Object) -> Vector:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Renders the pictures of a plan (precompute/render_job/pictures.py), each as EXR and PNG with a record beside it.
+"""Renders the pictures of a plan (precompute/render_job/plan.py), each as EXR and PNG with a record beside it.
 
 The extension imports this file. In the bundle of a farm's job, start_worker.py runs it in a Blender without
 the extension.
@@ -14,7 +14,6 @@ import json
 import platform
 import shutil
 import sys
-import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -23,22 +22,25 @@ from typing import Any
 
 import bpy
 
+from ...precompute.base.failure import GratingError
+from ...precompute.base.files import partial_folder, told_of
+from ...precompute.base.locks import has_no_locks, try_lock
+from ...precompute.base.shared_folder import machine_name
+from ...precompute.render_job.plan import PICTURES, read_plan
 from ..blender import compat, mesa
-from .picture_setup import Base, Fault, set_up
+from ..blender.written import check_picture, rendered_size
+from .picture_setup import Base, set_up
 
 # Is called with a line after each picture, and with how many are done and wanted.
 Tell = Callable[[str, int, int], None]
 
-PLAN_FORMAT = 1
 # Exit statuses. A shell gives 130 for a program that an interrupt ends.
 FAILED, STOPPED = 3, 130
 _TRIES = 2
 # Blender's limit.
 THREADS_MAX = 1024
-# The fields of a picture (precompute/render_job/pictures.py), and its id.
-_FIELDS = {
-    "name", "camera", "zoom", "lamps", "engine", "seed", "frame", "samples", "denoise", "width", "height", "id",
-}  # fmt: skip
+# Begins the names of the folders of pictures that are not whole yet; each holds a file that its process locks.
+_PARTIAL, _LOCK = "picture", ".lock"
 # Blender keeps at most 767 characters of a note.
 _NOTE = "natural_gratings {version}, picture {id}, scene {scene_sha256}"
 _STAMPS = (
@@ -62,21 +64,10 @@ class Outcome:
         return f"{len(self.rendered)} rendered, {len(self.finished)} there already, {len(self.failed)} failed"
 
 
-def read_plan(path: Path) -> dict[str, Any]:
-    """A plan. Raises Fault if it cannot be read."""
-    try:
-        plan = json.loads(path.read_text(encoding="utf-8"))
-        if plan["format"] != PLAN_FORMAT or not all(set(one) == _FIELDS for one in plan["pictures"]):
-            raise ValueError("another version of the extension made it")
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise Fault(f"{path}: no plan that can be used ({error}); run the job's earlier steps again") from error
-    return plan
-
-
 def part_of(pictures: list[dict[str, Any]], task: int, per_task: int) -> list[dict[str, Any]]:
-    """The pictures of a task, which are counted from 1. Raises Fault for other numbers."""
+    """The pictures of a task, which are counted from 1. Raises GratingError for other numbers."""
     if task < 1 or per_task < 1:
-        raise Fault(f"task {task} of {per_task} pictures: give numbers from 1 on")
+        raise GratingError(f"task {task} of {per_task} pictures", "no such task", "give numbers from 1 on")
     return pictures[(task - 1) * per_task : task * per_task]
 
 
@@ -97,11 +88,13 @@ def render_plan(
     tell     is called with a line after each picture, and with how many are done and wanted
     log      is called with events and facts, for a log
 
-    Raises Fault if the plan or its scene cannot be used."""
+    Raises GratingError if the plan or its scene cannot be used."""
     plan = read_plan(path)
     wanted = part(plan["pictures"])
-    folder = path.parent.parent / "pictures"
-    folder.mkdir(parents=True, exist_ok=True)
+    folder = path.parent.parent / PICTURES
+    with told_of(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+    remove_partial(folder, machine_name())
     outcome, scene = Outcome(), path.parent / plan["scene"]
     todo = []
     for picture in wanted:
@@ -137,7 +130,7 @@ def _try(
         start = time.monotonic()
         try:
             render(picture, base, folder, facts=facts)
-        except (RuntimeError, OSError, Fault) as error:  # of Blender's operators, of files, of names in the plan
+        except (RuntimeError, OSError, GratingError) as error:  # of Blender's operators, files, names in the plan
             failure = " ".join(str(error).split()).removeprefix("Error: ")
             log("failed", picture=picture["name"], attempt=attempt, fault=failure)
         else:
@@ -147,27 +140,27 @@ def _try(
 
 
 def open_scene(path: Path) -> str:
-    """Open a scene, and return its file's SHA-256. Raises Fault if it cannot be opened."""
+    """Open a scene, and return its file's SHA-256. Raises GratingError if it cannot be opened."""
     try:
         digest = sha256_of(path)
         bpy.ops.wm.open_mainfile(filepath=str(path), load_ui=False)
     except (OSError, RuntimeError) as error:
         told = " ".join(str(error).split()).removeprefix("Error: ")
-        raise Fault(f"{path}: cannot be opened ({told}); run the job's earlier steps again") from error
+        raise GratingError(path, f"cannot be opened ({told})", "run the job's earlier steps again") from error
     if bpy.context.scene.camera is None and not any(thing.type == "CAMERA" for thing in bpy.data.objects):
-        raise Fault(f"{path}: it has no camera; add one to the scene")
+        raise GratingError(path, "it has no camera", "add one to the scene")
     return digest
 
 
 def render(picture: Mapping[str, Any], base: Base, folder: Path, *, facts: Mapping[str, Any]) -> None:
-    """Render a picture into a folder: NAME.exr, NAME.png and its record NAME.json. Raises Fault, RuntimeError or
-    OSError, with no file changed, if it cannot be rendered or written."""
+    """Render a picture into a folder: NAME.exr, NAME.png and its record NAME.json. Raises GratingError, RuntimeError
+    or OSError, with no file changed, if it cannot be rendered or written whole."""
     start = time.monotonic()
     set_up(picture, base)
     scene, name = bpy.context.scene, picture["name"]
     note = {"version": facts["made_by"]["natural_gratings"], "scene_sha256": facts["scene_sha256"]}
     _stamp(scene.render, _NOTE.format(id=picture["id"], **note))
-    with _partial_folder(folder) as partial:
+    with told_of(folder / f"{name}.exr"), _partial_folder(folder) as partial:
         exr, png = partial / f"{name}.exr", partial / f"{name}.png"
         settings = scene.render.image_settings
         compat.write_pictures(settings, "OPEN_EXR")
@@ -180,7 +173,10 @@ def render(picture: Mapping[str, Any], base: Base, folder: Path, *, facts: Mappi
         compat.write_pictures(settings, "PNG")
         settings.color_depth = "8"
         bpy.data.images["Render Result"].save_render(str(png), scene=scene)
-        files = {one.name: {"bytes": one.stat().st_size, "sha256": sha256_of(one)} for one in (exr, png)}
+        # Pictures are read back, because Blender reports no full disk.
+        size, alpha = rendered_size(scene.render), scene.render.film_transparent
+        check_picture(png, check_picture(exr, size, alpha=alpha), alpha=alpha)
+        files = {one.name: _fingerprint(one) for one in (exr, png)}
         record = {
             "picture": dict(picture), **facts, "files": files,
             "versions": {"blender": bpy.app.version_string, "python": platform.python_version()},
@@ -196,15 +192,18 @@ def render(picture: Mapping[str, Any], base: Base, folder: Path, *, facts: Mappi
 
 
 def is_finished(folder: Path, picture: Mapping[str, Any]) -> bool:
-    """Whether a picture's record is of the same picture, and its files are those of the record."""
+    """Whether a picture's record is of the same picture, and its two files are those of the record."""
     try:
         record = json.loads((folder / f"{picture['name']}.json").read_text(encoding="utf-8"))
-        return record["picture"]["id"] == picture["id"] and all(
-            (folder / name).stat().st_size == file["bytes"] and sha256_of(folder / name) == file["sha256"]
-            for name, file in record["files"].items()
-        )
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        files = {name: _fingerprint(folder / name) for name in (f"{picture['name']}.exr", f"{picture['name']}.png")}
+        return record["picture"] == picture and record["files"] == files
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return False
+
+
+def _fingerprint(path: Path) -> dict[str, int | str]:
+    """Size and SHA-256 of a file. Raises OSError if it cannot be read."""
+    return {"bytes": path.stat().st_size, "sha256": sha256_of(path)}
 
 
 def _stamp(render: bpy.types.RenderSettings, note: str) -> None:
@@ -217,19 +216,26 @@ def _stamp(render: bpy.types.RenderSettings, note: str) -> None:
 
 @contextlib.contextmanager
 def _partial_folder(folder: Path) -> Iterator[Path]:
-    """A folder for files that are not whole yet. Its name cannot be guessed, and it is removed at the end."""
-    made = tempfile.mkdtemp(dir=folder, prefix=".picture.", suffix=".partial")
-    try:
-        yield Path(made)
-    finally:
-        shutil.rmtree(made, ignore_errors=True)
+    """A folder for files that are not whole yet, with a file that this process locks as long as it renders."""
+    with partial_folder(folder, f"{_PARTIAL}.{machine_name()}") as made:
+        try:
+            lock = try_lock(made / _LOCK)
+        except OSError as error:
+            if not has_no_locks(error):
+                raise
+            lock = None
+        with lock or contextlib.nullcontext():
+            yield made
 
 
-def remove_partial(folder: Path) -> None:
-    """Remove what killed processes left of pictures that were not whole. No other process may render into the
-    folder."""
-    for left in folder.glob(".picture.*.partial"):
-        shutil.rmtree(left, ignore_errors=True)
+def remove_partial(folder: Path, machine: str = "*") -> None:
+    """Remove what killed processes, of one machine or of all, left of pictures that were not whole. A process that
+    lives keeps its folder, unless it is on another machine and the file server forwards no locks."""
+    for left in folder.glob(f".{_PARTIAL}.{machine}.*.partial"):
+        with contextlib.suppress(OSError):
+            if (left / _LOCK).is_file() and (lock := try_lock(left / _LOCK)):
+                lock.close()
+                shutil.rmtree(left)
 
 
 def sha256_of(path: Path) -> str:
@@ -274,8 +280,8 @@ def main(arguments: list[str]) -> int:
             path.resolve(), part, again="--again" in flags, threads=numbers["--threads"] or 0,
             tell=progress_lines("--openjd" in flags),
         )  # fmt: skip
-    except Fault as fault:
-        print(f"error: {fault}", file=sys.stderr)
+    except GratingError as error:
+        print(f"error: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
         return STOPPED
@@ -284,8 +290,8 @@ def main(arguments: list[str]) -> int:
 
 
 def _options(arguments: list[str]) -> tuple[Path, dict[str, int | None], set[str]]:
-    """The plan, the numbers by their options, and the flags. Raises Fault for anything else. A worker has no other
-    parser: argparse prints several lines for an error."""
+    """The plan, the numbers by their options, and the flags. Raises GratingError for anything else. A worker has no
+    other parser: argparse prints several lines for an error."""
     plans: list[Path] = []
     numbers: dict[str, int | None] = dict.fromkeys(("--task", "--per-task", "--threads"))
     flags = set[str]()
@@ -294,14 +300,15 @@ def _options(arguments: list[str]) -> tuple[Path, dict[str, int | None], set[str
         if word in numbers:
             value = next(words, "")
             if not (value.isascii() and value.isdecimal() and len(value) < 8):
-                raise Fault(f"{word} {value!r:.40}: give a whole number")
+                raise GratingError(f"{word} {value!r:.40}", "no whole number", "give one from 0 on")
             numbers[word] = int(value)
         elif word in ("--again", "--openjd"):
             flags.add(word)
         elif word.startswith("-"):
-            raise Fault(f"{word:.40}: no such option; there are {', '.join((*numbers, '--again', '--openjd'))}")
+            there = ", ".join((*numbers, "--again", "--openjd"))
+            raise GratingError(f"{word:.40}", "no such option", f"there are {there}")
         else:
             plans.append(Path(word))
     if len(plans) != 1 or (numbers["--threads"] or 0) > THREADS_MAX:
-        raise Fault(f"give one plan, and at most {THREADS_MAX} threads")
+        raise GratingError("", f"{len(plans)} plans", f"give one plan, and at most {THREADS_MAX} threads")
     return plans[0], numbers, flags

@@ -14,7 +14,8 @@ import bpy
 import numpy as np
 
 from ...precompute.base.failure import GratingError
-from ...precompute.base.files import told_of
+from ...precompute.base.files import told_of, write_whole
+from ..blender.written import check_picture
 from ..direction.direction_map import baking_material, new_map, note_mesh
 from ..direction.uv_maps import has_uv_map
 from ..gratings.direction_source import FRAME_MAP, DirectionSource
@@ -48,9 +49,7 @@ def bake_direction_map(
         image.pack()
         note_mesh(image, mesh, layer.name)
         if path is not None:
-            with told_of(path):
-                path.parent.mkdir(parents=True, exist_ok=True)
-                image.save(filepath=str(path), save_copy=True)
+            write_map(image, path)
     except RuntimeError as error:  # from Blender's own operators
         bpy.data.images.remove(image)
         told = " ".join(str(error).split()).removeprefix("Error: ")
@@ -61,6 +60,18 @@ def bake_direction_map(
     image.use_fake_user = not read
     done = f"{image.name}: the direction on {mesh.name}, {size} x {size} pixels on its UV map {layer.name}"
     return [done, *(_have_read(mesh, image) if read else [])]
+
+
+def write_map(image: bpy.types.Image, path: Path) -> None:
+    """Write a picture to a file of its own kind, whole or not at all. Raises GratingError or RuntimeError."""
+
+    def write(partial: Path) -> None:
+        image.save(filepath=str(partial), save_copy=True)
+        check_picture(partial, (image.size[0], image.size[1]), alpha=image.depth == 128)
+
+    with told_of(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+    write_whole(path.resolve(), write)
 
 
 def _map_of(mesh: bpy.types.Object, uv_map: str) -> bpy.types.MeshUVLoopLayer:

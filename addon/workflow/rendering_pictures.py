@@ -9,6 +9,7 @@ import bpy
 from ...precompute.base.failure import GratingError
 from ...precompute.base.files import told_of, write_whole
 from ..blender import compat, mesa
+from ..blender.written import check_picture, rendered_size
 
 _FILE_FORMATS = {".png": "PNG", ".exr": "OPEN_EXR"}
 
@@ -52,8 +53,10 @@ def render_picture(
 
 
 def _render_to(render: bpy.types.RenderSettings, path: Path) -> None:
-    """Render the open scene to a path. Raises OSError if no file is there afterwards, which Blender does not tell."""
+    """Render the open scene to a path. Raises OSError if no whole picture is there afterwards, which Blender does not
+    tell."""
     render.filepath = str(path)
     bpy.ops.render.render(write_still=True)
     if not path.is_file():
         raise OSError("Blender wrote no picture")
+    check_picture(path, rendered_size(render), alpha=render.image_settings.color_mode == "RGBA")

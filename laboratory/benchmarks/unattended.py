@@ -26,7 +26,7 @@ from devtools.extension import link_extension
 from devtools.steps import clean_environment
 from precompute.cli.option_types import count, path_argument
 from precompute.cli.parser import OneLineParser
-from precompute.render_job.pictures import SCENES, Picture, plan_of, write_record
+from precompute.render_job.plan import SCENES, Picture, plan_of, write_record
 
 from . import report
 from .render_time import Studio, Subject

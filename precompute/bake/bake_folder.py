@@ -102,10 +102,7 @@ def provenance_of(
     return {
         "source": ", ".join(height_map.source_name for height_map in height_maps),
         "channel": height_maps[0].channel,
-        "heights_sha256": [
-            hashlib.sha256(np.ascontiguousarray(height_map.height_m).tobytes()).hexdigest()
-            for height_map in height_maps
-        ],
+        "heights_sha256": list(map(heights_sha256, height_maps)),
         "pixel_size_m": list(height_maps[0].pixel_size_m),
         "shape": list(height_maps[0].height_m.shape),
         "height_range_m": max(relief.height_range_m for relief in reliefs),
@@ -118,6 +115,11 @@ def provenance_of(
         "delta_e": made.delta_e,
         "shown": {space: found.as_dict() for space, found in shown_colours(made.table).items()},
     }
+
+
+def heights_sha256(height_map: HeightMap) -> str:
+    """The SHA-256 of a scan's heights, in hexadecimal."""
+    return hashlib.sha256(np.ascontiguousarray(height_map.height_m, dtype="<f8").data).hexdigest()
 
 
 def are_facts(facts: Mapping[str, Any], height_maps: Sequence[HeightMap]) -> bool:

@@ -23,8 +23,9 @@ from ..base.files import partial_folder, told_of
 from ..base.progress import Progress, silent
 from ..base.shared_folder import Hold, beating, is_left_behind, machine_name, server_now_ns
 from ..surface.height_map import HeightMap
-from ..table.atlas_file import FORMAT
-from .cache_store import Cache, Limits, remove_folder
+from ..table.atlas_file import FORMAT, read_record
+from .bake_folder import are_facts, bake_to_folder, heights_sha256
+from .cache_store import Believed, Cache, Limits, remove_folder
 from .request import BakeRequest
 
 # Part of every key. Raise it with every change of the bake's results that leaves atlas_file.FORMAT unchanged. Older
@@ -46,13 +47,13 @@ NS_OF_A_DAY = 24 * 3600 * 10**9
 WAITING = "waiting for another bake of the same surface"
 
 
-def key_of(height_maps: Sequence[HeightMap], request: BakeRequest) -> str:
-    """The key of a bake: the SHA-256, in hexadecimal, of heights, pixel size, request, versions and processor.
+def content_of(height_maps: Sequence[HeightMap], request: BakeRequest) -> dict[str, Any]:
+    """All that a bake's result depends on, as of JSON: heights, pixel size, request, versions and processor.
 
-    The key includes the names of source and channel, because the bake's header holds them, but not the folder.
+    It includes the names of source and channel, because the bake's header holds them, but not the folder.
 
     By default a machine takes no bake of another kind of processor, so that a bake has the same bytes with and without
-    the cache. If $NATURAL_GRATINGS_CACHE_SHARED is 1, the key leaves out the processor and the last digits of the
+    the cache. If $NATURAL_GRATINGS_CACHE_SHARED is 1, the content leaves out the processor and the last digits of the
     heights, which for a synthetic surface depend on it too: a farm of mixed machines bakes once, and all its machines
     use the bytes of the first bake. Bakes of two kinds of processor differ far less than the error of a bake.
 
@@ -60,7 +61,7 @@ def key_of(height_maps: Sequence[HeightMap], request: BakeRequest) -> str:
     is_shared = _is_shared()
     surfaces = [
         {
-            "heights_sha256": _hash_of(one.height_m, is_shared=is_shared),
+            **(_steps_of(one.height_m) if is_shared else {"heights_sha256": heights_sha256(one)}),
             "shape": one.height_m.shape,
             "pixel_size_m": one.pixel_size_m,
             "periodic": one.periodic,
@@ -71,7 +72,34 @@ def key_of(height_maps: Sequence[HeightMap], request: BakeRequest) -> str:
     parameters = {key: value for key, value in request.as_dict().items() if key != "scans"}
     versions = [FORMAT, BAKE_VERSION, np.__version__, *(() if is_shared else _processor())]
     content = {"versions": versions, "surfaces": surfaces, "parameters": parameters}
+    return dict(json.loads(json.dumps(content)))
+
+
+def key_of(content: Any) -> str:
+    """The key of a bake: the SHA-256, in hexadecimal, of all that its result depends on."""
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def is_of(content: Any, pictures: Sequence[Path]) -> bool:
+    """Whether the headers of a bake's pictures have the request and the surfaces of a content. Other bakes' files may
+    have been copied into an entry. Heights that leave out their last digits are not compared."""
+    try:
+        surfaces = content["surfaces"]
+        told = {
+            "heights_sha256": [each.get("heights_sha256") for each in surfaces],
+            "source": ", ".join(each["source"][0] for each in surfaces),
+            "channel": surfaces[0]["source"][1], "shape": surfaces[0]["shape"],
+            "pixel_size_m": surfaces[0]["pixel_size_m"],
+        }  # fmt: skip
+        if None in told["heights_sha256"]:
+            del told["heights_sha256"]
+        for record in map(read_record, pictures):
+            parameters = {key: value for key, value in record["request"].items() if key != "scans"}
+            if parameters != content["parameters"] or any(record[key] != value for key, value in told.items()):
+                return False
+    except (GratingError, AttributeError, KeyError, IndexError, TypeError):
+        return False
+    return True
 
 
 def _processor() -> list[str]:
@@ -80,10 +108,10 @@ def _processor() -> list[str]:
     return [platform.machine(), *np.show_config(mode="dicts").get("SIMD Extensions", {}).get("found", ())]
 
 
-def _hash_of(height_m: np.ndarray, *, is_shared: bool) -> str:
-    if is_shared:
-        height_m = np.floor(height_m / _SAME_HEIGHT_M + _STEP_BEGIN) + 0.0  # without negative zeros
-    return hashlib.sha256(np.ascontiguousarray(height_m, dtype="<f8").data).hexdigest()
+def _steps_of(height_m: np.ndarray) -> dict[str, str]:
+    """The SHA-256 of heights in steps that count as the same for a farm."""
+    steps = np.floor(height_m / _SAME_HEIGHT_M + _STEP_BEGIN) + 0.0  # without negative zeros
+    return {"steps_sha256": hashlib.sha256(np.ascontiguousarray(steps, dtype="<f8").data).hexdigest()}
 
 
 def _is_shared() -> bool:
@@ -93,19 +121,38 @@ def _is_shared() -> bool:
     return text == "1"
 
 
+def cached_bake(
+    height_maps: Sequence[HeightMap], request: BakeRequest, output: Path, *, progress: Progress = silent
+) -> dict[str, Any]:
+    """Bring the bake of height maps into the folder `output`, from the cache or by bake_to_folder. Returns the facts of
+    bake_once, and raises as it does."""
+    content = content_of(height_maps, request)
+
+    def make(folder: Path, progress: Progress) -> dict[str, Any]:
+        return bake_to_folder(height_maps, request, folder, progress=progress)
+
+    def believed(facts: Mapping[str, Any], folder: Path) -> bool:
+        return are_facts(facts, height_maps) and is_of(content, [folder / name for name in facts["files"]])
+
+    return bake_once(key_of(content), output, make, of=content, believed=believed, progress=progress)
+
+
 def bake_once(
     key: str,
     output: Path,
     make: Callable[[Path, Progress], dict[str, Any]],
     *,
-    believed: Callable[[Mapping[str, Any]], bool],
+    of: Mapping[str, Any],
+    believed: Believed,
     progress: Progress = silent,
 ) -> dict[str, Any]:
     """Bring the bake of a key into the folder `output`, from the cache or by `make`. The folder is created if missing.
 
     make      writes the bake's files into a folder, and reports its progress, by which other processes know that this
               one lives; returns the bake's facts, with the files' paths under `files`
-    believed  whether facts, with file names under `files`, are valid results of `make` for this key
+    of        all that the bake depends on, of which the key is; kept with it, so that a check of the cache can compare
+    believed  whether facts, with file names under `files`, and the files in a folder are valid results of `make` for
+              this key
     progress  the progress of `make`; the stage is WAITING while another process bakes the same surface
 
     Returns the facts, and under `cached` whether they came from the cache. An unusable cache only causes a warning.
@@ -133,7 +180,7 @@ def bake_once(
             for left in staging.iterdir():
                 left.unlink()
             facts = make(staging, beating(progress, hold.path, staging))
-            if not _keep(cache, key, hold, folder=staging, facts=facts):
+            if not _keep(cache, key, hold, folder=staging, facts=facts, of=of):
                 folder = staging / "first"
                 folder.mkdir()
                 first = cache.take(key, folder, believed)
@@ -144,9 +191,7 @@ def bake_once(
         return _delivered(folder, output, facts, is_cached=is_cached)
 
 
-def _taken_without_lock(
-    cache: Cache, key: str, output: Path, believed: Callable[[Mapping[str, Any]], bool]
-) -> dict[str, Any] | None:
+def _taken_without_lock(cache: Cache, key: str, output: Path, believed: Believed) -> dict[str, Any] | None:
     """Bring an entry into the output while another process has the lock: the copies are compared with the record, so
     reading needs no lock. Returns None if there is no whole entry."""
     if cache.record(key) is None:
@@ -160,17 +205,20 @@ def _delivered(folder: Path, output: Path, facts: dict[str, Any], *, is_cached: 
     """Move a bake's files into the output. Returns the facts with their new paths."""
     names = [Path(file).name for file in facts["files"]]
     for name in names:
-        (folder / name).replace(output / name)
+        with told_of(output / name):
+            (folder / name).replace(output / name)
     return {**facts, "files": [str(output / name) for name in names], "cached": is_cached}
 
 
-def _keep(cache: Cache, key: str, hold: Hold, *, folder: Path, facts: dict[str, Any]) -> bool:
+def _keep(
+    cache: Cache, key: str, hold: Hold, *, folder: Path, facts: dict[str, Any], of: Mapping[str, Any]
+) -> bool:  # fmt: skip
     """Store a bake's files. Returns False if another process stored its bake first, for example another machine that
     does not see the lock: then all machines use the bytes of that bake. A failure only causes a warning."""
     with _warned(hold):
         if hold.fault is not None:
             raise hold.fault
-        return cache.put(key, folder, facts)
+        return cache.put(key, folder, facts, of=of)
     return True
 
 
@@ -231,10 +279,11 @@ def _staging(output: Path, key: str, *, is_locked: bool) -> Iterator[Path]:
     is_new = not output.exists()
     owner = machine_name() if is_locked else "unlocked"
     try:
-        with told_of(output):
-            output.mkdir(parents=True, exist_ok=True)
-            with partial_folder(output, f"bake.{key[:16]}.{owner}") as folder:
-                yield folder
+        with contextlib.ExitStack() as stack:
+            with told_of(output):
+                output.mkdir(parents=True, exist_ok=True)
+                folder = stack.enter_context(partial_folder(output, f"bake.{key[:16]}.{owner}"))
+            yield folder
     finally:
         if is_new:
             with contextlib.suppress(OSError):

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..base.progress import Progress
+from .cache import is_of, key_of
 from .cache_store import Cache, Entry, fingerprint
 
 
@@ -43,7 +44,8 @@ def listed(cache: Cache, entry: Entry) -> Listed:
 
 
 def damaged(cache: Cache, progress: Progress, *, remove: bool) -> Iterator[tuple[Listed, bool]]:
-    """Compare the files of all entries with their records. Yields each damaged entry, and whether it was removed.
+    """Compare the files of all entries with their records, and with the keys. Yields each damaged entry, and whether it
+    was removed.
 
     Entries that another process uses are left out: they may be about to change."""
     entries = list(cache.entries())
@@ -66,13 +68,12 @@ def damaged(cache: Cache, progress: Progress, *, remove: bool) -> Iterator[tuple
 
 def _is_whole(cache: Cache, key: str) -> bool:
     record = cache.record(key)
-    if record is None:
+    if record is None or key_of(record.of) != key:
         return False
+    files = {cache.file(key, name): told for name, told in record.fingerprints.items()}
     try:
-        return all(
-            not cache.file(key, name).is_symlink() and fingerprint(cache.file(key, name)) == told
-            for name, told in record.fingerprints.items()
-        )
+        are_whole = all(not file.is_symlink() and fingerprint(file) == told for file, told in files.items())
+        return are_whole and is_of(record.of, list(files))
     except (OSError, ValueError):
         return False
 

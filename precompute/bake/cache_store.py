@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The folder of the cache of bakes:
 
-    entries/KEY/record.json   the facts of the bake, and size and SHA-256 of each of its files; its modification time is
-                              the time of last use, by the clock of the file server
+    entries/KEY/record.json   all that the bake depends on, its facts, and size and SHA-256 of each of its files; its
+                              modification time is the time of last use, by the clock of the file server
     entries/KEY/files/        the files that the bake wrote
     partial/KEY.MACHINE.*/    an unfinished entry; it is renamed into entries/ when it is complete
     locks/KEY.lock            locked by the process that bakes or removes KEY (base/shared_folder.py)
 
-An entry is used only if its record is valid and each copied file matches the record. So a process may read an entry
+An entry is used only if its record is valid, each copied file matches the record, and what the files say of themselves
+is of this key. So a process may read an entry
 without the lock: if another process removes the entry meanwhile, the bake is only made again. The first complete entry
 of a key stays, and whoever comes second uses that entry too.
 """
@@ -32,6 +33,8 @@ from ..base.strict_json import read_json
 
 _KEY = re.compile(r"[0-9a-f]{64}")
 _CHUNK_BYTES = 1 << 20
+# Whether the facts of a bake, with the names of its files under `files`, and these files in a folder are of a key.
+Believed = Callable[[Mapping[str, Any], Path], bool]
 
 
 @dataclass(frozen=True)
@@ -54,9 +57,10 @@ class Limits:
 
 @dataclass(frozen=True)
 class Record:
-    """The record of an entry: the facts of the bake, with the names of its files under `files`, and for each file its
-    fingerprint."""
+    """The record of an entry: all that the bake depends on, the facts of the bake, with the names of its files under
+    `files`, and for each file its fingerprint."""
 
+    of: Any
     facts: dict[str, Any]
     fingerprints: dict[str, Any]
 
@@ -75,17 +79,19 @@ class Cache:
         """Wait for the lock of a key. `waiting` is called repeatedly."""
         return hold_later(self._lock_path(key), waiting)
 
-    def take(self, key: str, folder: Path, believed: Callable[[Mapping[str, Any]], bool]) -> dict[str, Any] | None:
-        """Copy an entry's files into a folder. Returns the entry's facts, or None if it is missing or damaged; then the
-        folder may hold some files.
+    def take(self, key: str, folder: Path, believed: Believed) -> dict[str, Any] | None:
+        """Copy an entry's files into a folder. Returns the entry's facts, or None if it is missing, damaged or not
+        believed; then the folder may hold some files.
 
         Raises GratingError if the folder cannot be written into."""
         record = self.record(key)
-        if record is None or not believed(record.facts):
+        if record is None:
             return None
         for name, expected in record.fingerprints.items():
             if not _is_copied(self.file(key, name), folder / name, expected):
                 return None
+        if not believed(record.facts, folder):
+            return None
         with contextlib.suppress(OSError):  # a cache that only others may change
             self._used_at(key, server_now_ns(self.folder))
         return record.facts
@@ -98,13 +104,13 @@ class Cache:
             facts = {**kept["facts"], "files": list(kept["files"])}
         except (GratingError, KeyError, TypeError, ValueError):
             return None
-        return Record(facts, fingerprints) if all(map(_is_plain, fingerprints)) else None
+        return Record(kept.get("of"), facts, fingerprints) if all(map(_is_plain, fingerprints)) else None
 
     def file(self, key: str, name: str) -> Path:
         """The path of an entry's file."""
         return self._entry(key) / "files" / name
 
-    def put(self, key: str, folder: Path, facts: dict[str, Any]) -> bool:
+    def put(self, key: str, folder: Path, facts: dict[str, Any], *, of: Mapping[str, Any]) -> bool:
         """Store a bake's files from a folder. Returns whether they are stored: not if the key has an entry already.
 
         Raises OSError if the bake cannot be stored."""
@@ -116,6 +122,7 @@ class Cache:
             for name in names:
                 shutil.copyfile(folder / name, partial / "files" / name)
             kept = {
+                "of": of,
                 "facts": {fact: value for fact, value in facts.items() if fact != "files"},
                 "files": {name: fingerprint(folder / name) for name in names},
             }

@@ -27,13 +27,13 @@ from .needs import EVERYTHING, Needs, needs_of
 MODELS = ("ensemble", "patch")
 # The limits of a request's numbers. CIEDE2000 of black and white is 100. An error of 1e-3 needs spectra to 2e-7 of
 # their light, the limit of single precision. No coherence length is much shorter than the light's wavelength, and no
-# scan is as long as 10 mm. Sizes are those of the readers of pictures.
+# scan is as long as 10 mm. Sizes are those of the readers of pictures and of numbers, which may be metres.
 DELTA_E = (1e-3, 100.0)
 COHERENCE_UM = (0.1, 1e4)
 PATCH_UM = (0.0, 1e6)
 SPREAD_DEG = (0.1, 45.0)
 SIZE_UM = (1e-3, 1e6)
-HEIGHT_NM = (1e-3, 1e6)
+HEIGHT_NM = (1e-3, 1e9)
 # The keys that a request has only if they are set, so that a bake from before them keeps its key in the cache.
 _LATER_KEYS = ("patch_um", "spread_deg")
 # More scans than anyone has made of one skin.
@@ -45,7 +45,7 @@ class Scan:
     """A scan, named by its file, by sample:NAME or by grating:KIND?PARAMETERS.
 
     size_um    width in micrometres, for a picture, which does not hold its width
-    height_nm  height of white over black in nanometres, for a picture
+    height_nm  height of white over black in nanometres, for a picture, or of the number 1, for bare numbers
     channel    the channel of the file, if it is not the topography"""
 
     source: str

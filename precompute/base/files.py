@@ -72,18 +72,30 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
 
 @contextlib.contextmanager
 def told_of(path: Path) -> Iterator[None]:
-    """Turn an OSError in the `with` block into a GratingError: `path` cannot be written, and why.
+    """Turn an OSError in the `with` block into a GratingError: `path` cannot be written, and why, or another file, such
+    as the source of a copy, cannot be read.
 
     The message leaves out partial folders, which no longer exist."""
     try:
         yield
     except OSError as error:
+        if _is_elsewhere(error, path.absolute()):
+            fault = f"cannot be read ({error.strerror or error})"
+            raise GratingError(str(error.filename), fault, "check the path and its permissions") from error
         shown = Path(*(part for part in path.parts if not _PARTIAL.fullmatch(part)))
         raise GratingError(
             shown,
             f"cannot be written ({error.strerror or error})",
             "check its folder, the permissions, and the space left there",
         ) from error
+
+
+def _is_elsewhere(error: OSError, path: Path) -> bool:
+    """Whether an error names a file alone that is neither in a path's folder nor a folder of it."""
+    if not isinstance(error.filename, str) or error.filename2 is not None:
+        return False
+    named = Path(error.filename).absolute()
+    return not named.is_relative_to(path.parent) and not path.is_relative_to(named)
 
 
 def short_stem(stem: str) -> str:

@@ -41,8 +41,9 @@ def add_input(parser: argparse.ArgumentParser, several: str | None = None) -> No
         "--size-um", type=number(*SIZE_UM), metavar="W", help="width of the scan in micrometres (pictures)"
     )
     parser.add_argument(
-        "--height-nm", type=number(*HEIGHT_NM), metavar="H", help="height from black to white in nanometres (pictures)"
-    )
+        "--height-nm", type=number(*HEIGHT_NM), metavar="H",
+        help="height in nanometres: from black to white (pictures), or of the number 1 (1e9 for numbers in metres)",
+    )  # fmt: skip
     parser.add_argument("--channel", type=name_argument, help="which of the file's channels, by name")
     add_json(parser)
     add_progress(parser)

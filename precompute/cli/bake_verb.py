@@ -8,21 +8,21 @@ from pathlib import Path
 from typing import Any
 
 from ..bake import cache
-from ..bake.bake_folder import LEVELLING, are_facts, bake_to_folder
+from ..bake.bake_folder import LEVELLING, bake_name, bake_to_folder
 from ..bake.needs import read_needs
 from ..bake.request import BakeRequest, Scan, request_from
 from ..base.failure import GratingError
-from ..base.progress import Progress as AnyProgress
 from ..base.progress import span_of
 from ..base.strict_json import read_json
 from ..colour.working_space import RGB_SPACES, lamp_line
 from ..measure.shown_colours import told
 from ..presets.presets import preset_names, read_preset
 from ..table import atlas_file
+from ..table.sample_set import path_beside
 from .arguments import add_bake_options, add_input
 from .lamps_line import line_of_bake
 from .option_types import name_argument, path_argument
-from .printing import Progress, emit
+from .printing import Progress, emit, refuse_to_replace
 
 # The share of a run's time that reading its scans takes, about.
 _READ = 0.01
@@ -68,17 +68,12 @@ def run(arguments: argparse.Namespace) -> None:
         told(_READING, _READ * number / len(request.scans))
         height_maps.append(scan.read())
     progress = span_of(told, _READ, 1)
-
-    def make(folder: Path, progress: AnyProgress) -> dict[str, Any]:
-        return bake_to_folder(height_maps, request, folder, progress=progress)
-
+    table = arguments.output / f"{bake_name(height_maps)}.exr"
+    refuse_to_replace([scan.source for scan in request.scans], [table, path_beside(table)])
     if arguments.no_cache:
-        facts = {**make(arguments.output, progress), "cached": False}
+        facts = {**bake_to_folder(height_maps, request, arguments.output, progress=progress), "cached": False}
     else:
-        facts = cache.bake_once(
-            cache.key_of(height_maps, request), arguments.output, make,
-            believed=lambda facts: are_facts(facts, height_maps), progress=progress,
-        )  # fmt: skip
+        facts = cache.cached_bake(height_maps, request, arguments.output, progress=progress)
     lamps = [lamp_line(space, request.illuminant) for space in RGB_SPACES]
     emit(facts, arguments.json, lambda: (*bake_summary(facts, request.illuminant), *filter(None, lamps)))
 

@@ -33,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     prune.add_argument("--all", action="store_true", help="remove every bake")
     prune.add_argument("--dry-run", action="store_true", help="only print which bakes would go")
     prune.set_defaults(act=_prune)
-    verify = actions.add_parser("verify", help="compare the files of every bake with its record")
+    verify = actions.add_parser("verify", help="compare the files of every bake with its record and its key")
     verify.add_argument("--remove", action="store_true", help="remove the damaged bakes")
     verify.set_defaults(act=_verify)
     for each in (add_list, prune, verify):

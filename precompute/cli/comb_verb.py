@@ -10,7 +10,7 @@ from ..mesh.comb import comb
 from ..mesh.mesh_files import read_mesh, write_combed
 from .arguments import add_json, add_progress
 from .option_types import path_argument
-from .printing import Progress, emit
+from .printing import Progress, emit, refuse_to_replace
 
 # The shown length of a mesh's name, which is Blender's limit.
 _NAME_MAX = 255
@@ -44,6 +44,7 @@ def run(arguments: argparse.Namespace) -> None:
     names = [path.name for path in arguments.mesh]
     if len(set(names)) < len(names):
         raise GratingError("MESH.npz", "two have one name", "give them different names")
+    refuse_to_replace(arguments.mesh, [arguments.output / name for name in names])
     combed = {}
     for number, path in enumerate(arguments.mesh):
         progress(_READING, number / len(names))

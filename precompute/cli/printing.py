@@ -46,24 +46,48 @@ class Progress:
 
 
 def check_targets(arguments: argparse.Namespace) -> None:
-    """Refuses, before any work is done, targets that could not be written afterwards.
+    """Refuses, before any work is done, targets that could not be written afterwards, or would replace an input.
 
-    Raises GratingError if --json or --output names a folder where a file is needed, or a file where a folder is needed.
-    A verb whose output is a file sets the default `output_is_file`."""
+    Raises GratingError if --json or --output names a folder where a file is needed, a file where a folder is needed, or
+    a file that another argument names. A verb whose output is a file sets the default `output_is_file`."""
     facts = getattr(arguments, "json", None)
     if facts and facts != "-":
         _check_file(Path(facts))
         if not Path(facts).parent.is_dir():
             raise GratingError(facts, "its folder is not there", "make it first")
+        refuse_to_replace(_inputs(arguments), [Path(facts)])
     output = getattr(arguments, "output", None)
     if output is None:
         return
     output_is_file = getattr(arguments, "output_is_file", False)
     if output_is_file:
         _check_file(output)
+        refuse_to_replace(_inputs(arguments), [output])
     existing = next((each for each in (output, *output.parents) if each.exists()), None)
     if existing is not None and not existing.is_dir() and not (output_is_file and existing == output):
         raise GratingError(existing, "is a file", "name a folder")
+
+
+def refuse_to_replace(inputs: Iterable[str | Path], targets: Iterable[Path]) -> None:
+    """Raise GratingError if a file to be written is one of the files to be read."""
+    files = {path for path in map(Path, inputs) if _is_file(path)}
+    for target in targets:
+        if _is_file(target) and any(target.samefile(path) for path in files):
+            raise GratingError(target, "would be replaced, and is read here", "write to another folder or file")
+
+
+def _inputs(arguments: argparse.Namespace) -> list[str | Path]:
+    """All values of the command line that may name a file to be read."""
+    given = [value for name, value in vars(arguments).items() if name not in ("json", "output")]
+    values = [each for value in given for each in (value if isinstance(value, list) else [value])]
+    return [value for value in values if isinstance(value, (str, Path))]
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):  # a text that no file can have as its name
+        return False
 
 
 def _check_file(path: Path) -> None:

@@ -10,7 +10,7 @@ from ..base.files import write_whole
 from ..mesh.unwrap import Packing, read_mesh, unwrap
 from .arguments import add_json, add_progress
 from .option_types import count, number, path_argument
-from .printing import Progress, emit
+from .printing import Progress, emit, refuse_to_replace
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -41,8 +41,9 @@ def run(arguments: argparse.Namespace) -> None:
     """Run the verb `unwrap`: write uv.npz with the array uv (m, 3, 2), the UV of each triangle's corners."""
     begun = time.monotonic()
     packing = Packing(arguments.size, arguments.padding, arguments.density)
-    found = unwrap(read_mesh(arguments.mesh), packing, progress=Progress(arguments.progress))
     path = arguments.output / "uv.npz"
+    refuse_to_replace([arguments.mesh], [path])
+    found = unwrap(read_mesh(arguments.mesh), packing, progress=Progress(arguments.progress))
     arguments.output.mkdir(parents=True, exist_ok=True)
     write_whole(path, lambda partial: np.savez(partial, uv=found.uv))
     facts = {"files": [str(path)], "islands": found.islands, "filled": found.filled}

@@ -20,18 +20,23 @@ from typing import Any
 
 from ..base.failure import GratingError
 from ..base.files import told_of, write_together
-from ..surface.height_map import is_synthetic
 from .job_file import Job
-from .pictures import SCENES, pictures_of, scene_names
+from .pictures import pictures_of, scene_names
+from .plan import SCENES, plain_name
 
 _ROOT = Path(__file__).resolve().parents[2]
 _FLAMENCO = Path(__file__).with_name("flamenco.js")
-# What a worker without the extension needs, in the same folders as here.
+# What a worker without the extension needs, in the same folders as here: all that start_worker.py imports.
 _START = "addon/rendering/start_worker.py"
 WORKER_FILES = (
-    _START, "addon/rendering/__init__.py", "addon/rendering/worker.py", "addon/rendering/picture_setup.py",
-    "addon/blender/__init__.py", "addon/blender/compat.py", "addon/blender/mesa.py",
-)  # fmt: skip
+    _START,
+    *(f"addon/rendering/{name}.py" for name in ("__init__", "worker", "picture_setup")),
+    *(f"addon/blender/{name}.py" for name in ("__init__", "compat", "mesa", "written")),
+    "precompute/__init__.py",
+    *(f"precompute/base/{name}.py" for name in ("__init__", "failure", "files", "job", "locks", "progress")),
+    "precompute/base/shared_folder.py",
+    *(f"precompute/render_job/{name}.py" for name in ("__init__", "frame_ranges", "plan", "tables")),
+)
 # The specification's limit of a list of values.
 _LISTED_MAX = 1024
 _HOUR = 3600
@@ -65,7 +70,7 @@ def template(job: Job, per_task: int) -> dict[str, Any]:
     steps += [_frames_step(job, per_task), _sheet_step()]
     return {
         "specificationVersion": "jobtemplate-2023-09",
-        "name": f"Natural Gratings: {job.path.stem}"[:128],
+        "name": f"Natural Gratings: {plain_name(job.path.stem)}"[:128],  # braces would be an expression
         "parameterDefinitions": [
             _path("JobFile", "FILE", "IN", "The job's TOML file."),
             _path("OutputDir", "DIRECTORY", "OUT", "The folder of scenes, pictures and logs."),
@@ -96,12 +101,9 @@ def parameter_values(job: Job) -> dict[str, Any]:
 
 def asset_references(job: Job) -> dict[str, Any]:
     """The files that the job reads, and the folder that it writes."""
-    files = [job.path.resolve(), *([job.scene] if job.scene else [])]
-    for surface in job.surfaces:
-        files += [Path(scan.source) for scan in surface.request.scans if not is_synthetic(scan.source)]
     return {
         "assetReferences": {
-            "inputs": {"filenames": sorted({str(file) for file in files}), "directories": []},
+            "inputs": {"filenames": list(map(str, job.inputs)), "directories": []},
             "outputs": {"directories": [str(job.output)]},
         }
     }

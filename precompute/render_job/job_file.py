@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reads a render job from its TOML file. EXAMPLE has every key. Every value is checked before any work begins."""
 
-import re
 import tomllib
 from collections import Counter
 from collections.abc import Mapping
@@ -9,13 +8,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from ..bake.request import BakeRequest, request_from
+from ..bake.request import HEIGHT_NM, SIZE_UM, BakeRequest, request_from
 from ..base.failure import GratingError
 from ..base.files import can_be_a_path, read_limited
 from ..presets.presets import read_preset
 from ..reflectance.matter_text import parse as parse_matter
 from ..surface.height_map import is_synthetic
-from .frame_ranges import FRAME_MAX, FRAME_MIN, parse_frames
+from .frame_ranges import parse_frames
+from .plan import AZIMUTH, ELEVATION, ENGINES, FACTOR, FOLDERS, FRAME, LAMPS_MAX, SAMPLES, SEED, SIDE, ZOOM, plain_name
 from .tables import Limits, Table
 
 EXAMPLE = """\
@@ -58,20 +58,12 @@ elevation_deg = [30, 60]        # and above the horizon
 strength = [0.5, 1]             # factors on its strength
 around = "Snake"                # the object that it goes round; a sun needs none
 """
-ENGINES = ("cycles", "eevee")
 LIGHTS = ("rest", "lamps", "all")
-# A film of an hour at 24 frames a second has 86,400 pictures.
-PICTURES_MAX = 100_000
 _LARGEST_BYTES = 1 << 20
 # More than a job needs; a template of Open Job Description lists at most 1024 values.
-_GRATINGS_MOST, _LAMPS_MOST = 1024, 100
+_GRATINGS_MOST = 1024
 _REMEDY = "compare it with the example of `job --help`"
-# Blender's limits of frames and seeds, and limits of what a picture may be.
-_FRAME, _SEED = Limits(FRAME_MIN, FRAME_MAX), Limits(0, 2**31 - 1)
-_SAMPLES, _SIDE = Limits(1, 1 << 24), Limits(4, 65536)
-_ZOOM, _FACTOR = Limits(1e-3, 1e3), Limits(0.0, 1e6)
-_AZIMUTH, _ELEVATION = Limits(-360.0, 360.0), Limits(-90.0, 90.0)
-_SIZE = Limits(1e-3, 1e6)
+_WIDTH, _HEIGHT = Limits(*SIZE_UM), Limits(*HEIGHT_NM)
 # Keys of a request that a grating may set.
 _REQUEST = ("delta_e", "coherence_um", "illuminant", "levelling", "model", "spread_deg", "patch_um")
 
@@ -81,7 +73,7 @@ class Surface:
     """A grating of a job, of one matter.
 
     name     names its scene and its pictures; letters, digits, dots, dashes and underscores
-    preset   the preset that it is, or None
+    preset   the preset that it is, or the absolute path of its file, or None
     request  the request for its bake
     objects  the meshes that wear it
     over     whether it is added to the meshes' own materials
@@ -95,6 +87,13 @@ class Surface:
     over: bool = False
     lights: str | None = None
     inputs: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def files(self) -> list[Path]:
+        """The files that it is made from, absolute."""
+        preset = [self.preset] if self.preset is not None and _is_file(self.preset) else []
+        scans = [scan.source for scan in self.request.scans if not is_synthetic(scan.source)]
+        return [Path(file) for file in (*preset, *scans)]
 
 
 @dataclass(frozen=True)
@@ -135,10 +134,17 @@ class Job:
     sweeps: tuple[Sweep, ...]
     views: Views
 
+    @property
+    def inputs(self) -> list[Path]:
+        """The files that the job reads, absolute."""
+        scene = [self.scene] if self.scene else []
+        return sorted({self.path.resolve(), *scene, *(file for surface in self.surfaces for file in surface.files)})
+
 
 def read_job(path: Path, *, opened: Path | None = None, output: Path | None = None) -> Job:
     """Read a job. Paths in it are relative to its folder. `opened` is the scene of a job that names none; `output`
-    replaces the job's folder. Raises GratingError with the key of the first faulty value."""
+    replaces the job's folder. Raises GratingError with the key of the first faulty value, or if the output would hold
+    a file that the job reads."""
     content = read_limited(path, _LARGEST_BYTES, "give the .toml file of a job")
     if len(content) > _LARGEST_BYTES:
         raise GratingError(path, f"larger than {_LARGEST_BYTES >> 20} MiB", "split the job")
@@ -156,7 +162,7 @@ def read_job(path: Path, *, opened: Path | None = None, output: Path | None = No
         needs = bool(whole.flag("needs"))
         views = _views(whole.table("pictures"))
         surfaces = tuple(one for each in whole.tables("grating", _GRATINGS_MOST) for one in _surfaces(each, folder))
-        sweeps = tuple(_sweep(each) for each in whole.tables("light", _LAMPS_MOST))
+        sweeps = tuple(_sweep(each) for each in whole.tables("light", LAMPS_MAX))
     _check_names(path, "grating", [each.name.lower() for each in surfaces])
     _check_names(path, "light", [each.lamp for each in sweeps])
     if scene is None and any(each.preset is None for each in surfaces):
@@ -164,7 +170,14 @@ def read_job(path: Path, *, opened: Path | None = None, output: Path | None = No
     if needs and not surfaces:
         raise GratingError(path, "needs: there is no grating to bake", "add one as [[grating]], or leave `needs` out")
     written_to = folder / written if output is None else output.resolve()
-    return Job(path, scene, written_to, needs, surfaces, sweeps, views)
+    job = Job(path, scene, written_to, needs, surfaces, sweeps, views)
+    places = [place.resolve() for place in (written_to, *(written_to / name for name in FOLDERS))]
+    for file in job.inputs:
+        if any(file.resolve().is_relative_to(place) for place in places):
+            raise GratingError(
+                path, f"output: {written_to} holds {file}, which the job reads", "give a folder of its own"
+            )
+    return job
 
 
 def _views(table: Table) -> Views:
@@ -172,20 +185,20 @@ def _views(table: Table) -> Views:
         return Views(
             _frames(table),
             table.texts("cameras"),
-            table.numbers("zooms", _ZOOM),
+            table.numbers("zooms", ZOOM),
             table.texts("engines", ENGINES),
-            table.integers("seeds", _SEED),
-            table.integer("samples", _SAMPLES),
+            table.integers("seeds", SEED),
+            table.integer("samples", SAMPLES),
             table.flag("denoise"),
-            table.integer("width", _SIDE),
-            table.integer("height", _SIDE),
+            table.integer("width", SIDE),
+            table.integer("height", SIDE),
         )
 
 
 def _frames(pictures: Table) -> tuple[int, ...]:
     """The frames in their order, each once. They are a text such as "1-24:2, 30", or a list of whole numbers."""
     if not isinstance(pictures.take("frames"), str):
-        return pictures.integers("frames", _FRAME)
+        return pictures.integers("frames", FRAME)
     try:
         return parse_frames(pictures.text("frames") or "")
     except ValueError as error:
@@ -197,6 +210,8 @@ def _surfaces(table: Table, folder: Path) -> list[Surface]:
     """The surfaces of a [[grating]], one for each of its matters."""
     with table:
         preset, scans = table.text("preset"), table.texts("scans")
+        if preset is not None and _is_file(preset):
+            preset = str(folder / preset)
         if (preset is None) == (not scans):
             raise table.fault("preset", "give either `preset` or `scans`", _REMEDY)
         name = table.text("name") or _name_of(preset or scans[0])
@@ -219,6 +234,10 @@ def _surfaces(table: Table, folder: Path) -> list[Surface]:
     ]
 
 
+def _is_file(preset: str) -> bool:
+    return preset.lower().endswith(".json")
+
+
 def _name_of(source: str) -> str:
     """The name of a preset, of a file, or of a synthetic surface."""
     return source.partition(":")[2] if is_synthetic(source) else Path(source).stem
@@ -229,12 +248,12 @@ def _request(table: Table, preset: str | None, scans: tuple[str, ...], folder: P
     given = {key: value for key in _REQUEST if (value := table.take(key)) is not None}
     if preset is None:
         sizes = {
-            "size_um": table.number("size_um", _SIZE),
-            "height_nm": table.number("height_nm", _SIZE),
+            "size_um": table.number("size_um", _WIDTH),
+            "height_nm": table.number("height_nm", _HEIGHT),
             "channel": table.text("channel"),
         }
         return request_from({"scans": [{"source": one, **sizes} for one in scans], **given}, "its bake").at(folder)
-    whole = read_preset(str(folder / preset) if preset.lower().endswith(".json") else preset).request
+    whole = read_preset(preset).request
     record = whole.as_dict() | given
     return replace(request_from(record, "its bake"), scans=whole.scans)
 
@@ -243,9 +262,9 @@ def _sweep(table: Table) -> Sweep:
     with table:
         sweep = Sweep(
             table.text("lamp") or "",
-            table.numbers("azimuth_deg", _AZIMUTH),
-            table.numbers("elevation_deg", _ELEVATION),
-            table.numbers("strength", _FACTOR),
+            table.numbers("azimuth_deg", AZIMUTH),
+            table.numbers("elevation_deg", ELEVATION),
+            table.numbers("strength", FACTOR),
             table.text("around"),
         )
         if not sweep.lamp:
@@ -259,12 +278,6 @@ def _check_names(path: Path, key: str, names: list[str]) -> None:
     """Raise GratingError if two have the same name."""
     if doubles := sorted(name for name, count in Counter(names).items() if count > 1):
         raise GratingError(path, f"{key}: {', '.join(doubles)} stands twice", "give each a name of its own")
-
-
-def plain_name(text: str) -> str:
-    """A text as part of a file name on every system: runs of other characters than letters, digits, dots, dashes and
-    underscores become one underscore."""
-    return re.sub(r"[^A-Za-z0-9.\-]+", "_", text).strip("._") or "_"
 
 
 def as_record(surface: Surface) -> Mapping[str, Any]:

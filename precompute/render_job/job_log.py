@@ -3,16 +3,22 @@
 
 import json
 from datetime import UTC, datetime
-from typing import Any, TextIO
+from pathlib import Path
+from typing import Any
+
+from ..base.files import told_of
 
 
 class Log:
-    """Writes events to a file, each as a line that is there at once: `time` in UTC, `event`, and its facts."""
+    """Appends events to a file, each as a line that is there at once: `time` in UTC, `event`, and its facts. Raises
+    GratingError if it cannot be written."""
 
-    def __init__(self, file: TextIO) -> None:
-        self._file = file
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        with told_of(path):
+            path.parent.mkdir(parents=True, exist_ok=True)
 
     def __call__(self, event: str, **facts: Any) -> None:
         record = {"time": datetime.now(UTC).isoformat(timespec="milliseconds"), "event": event, **facts}
-        self._file.write(json.dumps(record) + "\n")
-        self._file.flush()
+        with told_of(self._path), self._path.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(record) + "\n")

@@ -117,17 +117,12 @@ def parse(
 
     Raises GratingError, naming what was `expected`, if the header's layout is missing or does not fit the picture."""
     path = picture.path
-    none = GratingError(path, f"not a Natural Gratings {expected[0]}", expected[1])
-    if HEADER_KEY not in picture.texts:
-        raise none
-    record = parse_json(picture.texts[HEADER_KEY], path, "bake it again", part="its header: ")
-    if not isinstance(record, dict) or "format" not in record:
-        raise none
+    record = _record_in(picture, expected)
     if record["format"] != FORMAT:
         raise GratingError(path, f"made by another version (format {record['format']!r:.20})", "bake it again")
     kinds, values = {field.name: field.type for field in fields(layout_type)}, record.get("layout")
     if not isinstance(values, dict) or set(values) != set(kinds):
-        raise none
+        raise GratingError(path, f"not a Natural Gratings {expected[0]}", expected[1])
     told = {name: kind for name, kind in _PROVENANCE.items() if name in record}
     for name, kind in (kinds | told).items():
         value = values[name] if name in kinds else record[name]
@@ -140,6 +135,20 @@ def parse(
     if picture.shape != (layout.height, layout.width, len(channels)):
         raise GratingError(path, "the picture is not the size that its header says", "bake it again")
     return layout, record
+
+
+def read_record(path: Path) -> dict[str, Any]:
+    """The header record of a table or a sample set, whose values are not checked. Raises GratingError if there is
+    none."""
+    return _record_in(open_picture(path), ("bake", "give the .exr that `bake` wrote"))
+
+
+def _record_in(picture: Picture, expected: tuple[str, str]) -> dict[str, Any]:
+    if HEADER_KEY in picture.texts:
+        record = parse_json(picture.texts[HEADER_KEY], picture.path, "bake it again", part="its header: ")
+        if isinstance(record, dict) and "format" in record:
+            return record
+    raise GratingError(picture.path, f"not a Natural Gratings {expected[0]}", expected[1])
 
 
 def _parse(picture: Picture) -> tuple[Layout, dict[str, Any]]:

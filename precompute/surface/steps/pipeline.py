@@ -6,6 +6,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from ...base.failure import GratingError
 from ..height_map import HeightMap
 from ..holes import fill_missing
@@ -22,8 +24,20 @@ _UM_MAX = 2e6
 _RECTANGLE = tuple(Number(side, 0, _UM_MAX) for side in ("LEFT", "TOP", "RIGHT", "BOTTOM"))
 
 
+# The largest share of missing points that needs no warning. A step that removes more points warns by itself.
+_MISSING_MOST = 0.2
+
+
 def _fill(height_map: HeightMap) -> Done:
-    return Done(fill_missing(height_map))
+    told = _missing(height_map)
+    return Done(fill_missing(height_map), told, warns=bool(told))
+
+
+def _missing(height_map: HeightMap) -> str:
+    """A message if so many points are missing that filling them makes the colours a guess, or ""."""
+    share = float(np.isnan(height_map.height_m).mean())
+    remedy = "scan again, or crop to the measured part"
+    return f"{share:.2%} of the points are missing and filled in; {remedy}" if share > _MISSING_MOST else ""
 
 
 KINDS: dict[str, Kind] = {
@@ -74,6 +88,8 @@ def level(height_map: HeightMap, steps: Sequence[Step] = DEFAULT) -> Levelled:
         height_map = done.height_map
         if done.told:
             told.append(f"{WARNING if done.warns else ''}{step.text}: {done.told}")
+    if missing := _missing(height_map):
+        told.append(f"{WARNING}{missing}")
     return Levelled(height_map, tuple(told))
 
 

@@ -231,7 +231,7 @@ def test_the_cache_of_the_extension_is_listed_verified_and_pruned(addon, scene, 
     kept.parent.mkdir(parents=True)
     shutil.copy(baked, kept)
     cache = Cache(addon.cache_folder.cache_folder())
-    assert cache.put("f" * 64, baked.parent, {"files": [baked.name]})
+    assert cache.put("f" * 64, baked.parent, {"files": [baked.name]}, of={})
     assert addon.commands.execute(["cache", "list"]) == 0
     assert "ffffffffffff  waves  " in capfd.readouterr().out
     (tmp_path / "cache" / "entries" / ("f" * 64) / "files" / baked.name).write_bytes(b"cut")

@@ -69,15 +69,66 @@ def test_all_pictures_are_rendered_once(addon, job, tmp_path, capfd):
     assert record["made_by"]["request"]["scans"][0]["size_um"] == 4
     assert record["picture"]["id"] in Image.open(folder / f"{NAMES[0]}.png").info["Note"]
 
-    # A damaged picture is rendered again, alone. The scene is not made again.
+    # Pictures that are damaged, at the same length, or whose record is no longer theirs are rendered again, alone. The
+    # scene is not made again. What killed processes left is removed, and the artist's own hidden files stay.
     scene = (tmp_path / "out" / "scenes" / "waves.blend").stat().st_mtime_ns
-    (folder / f"{NAMES[2]}.exr").write_bytes(b"damaged")
+    raw = (folder / f"{NAMES[2]}.exr").read_bytes()
+    (folder / f"{NAMES[2]}.exr").write_bytes(raw[:-1] + bytes([raw[-1] ^ 1]))
+    record_path = folder / f"{NAMES[0]}.json"
+    record_path.write_text(json.dumps(json.loads(record_path.read_text()) | {"files": {}}))
+    left = [folder / ".picture.0a1b2c3d.abcdefgh..partial", tmp_path / f"out/scenes/.grating.{'0a' * 8}.blend@"]
+    left[0].mkdir()
+    (left[0] / ".lock").touch()
+    left[1].touch()
+    kept = [tmp_path / "out" / "scenes" / ".grating.mine.blend", folder / ".picture.mine.partial"]
+    for path in kept:
+        path.touch()
     before = len(events(tmp_path / "out"))
     assert addon.commands.execute(["job", str(job)]) == 0
     later = events(tmp_path / "out")[before:]
-    assert [name for event, name in later if event == "rendered"] == [NAMES[2]]
-    assert [name for event, name in later if event == "finished before"] == [NAMES[0], NAMES[1], NAMES[3]]
+    assert [name for event, name in later if event == "rendered"] == [NAMES[0], NAMES[2]]
+    assert [name for event, name in later if event == "finished before"] == [NAMES[1], NAMES[3]]
     assert (tmp_path / "out" / "scenes" / "waves.blend").stat().st_mtime_ns == scene
+    assert not any(path.exists() for path in left) and all(path.exists() for path in kept)
+
+
+def test_a_cut_picture_is_no_picture(addon, job, tmp_path, monkeypatch, capfd):
+    """A limit on the size of files stands for a full disk: Blender renders, writes a part and reports success."""
+    resource = pytest.importorskip("resource", reason="this system has no limit of a file's size")
+    job.write_text(job.read_text().replace("= 16", "= 96"))
+    assert addon.commands.execute(["job", str(job), "--step", "bake"]) == 0
+    render, limits = addon.worker.render, resource.getrlimit(resource.RLIMIT_FSIZE)
+
+    def on_a_full_disk(*arguments, **facts):
+        resource.setrlimit(resource.RLIMIT_FSIZE, (6000, limits[1]))
+        try:
+            render(*arguments, **facts)
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(addon.worker, "render", on_a_full_disk)
+        assert addon.commands.execute(["job", str(job), "--step", "frames"]) == addon.worker.FAILED
+    assert not list((tmp_path / "out" / "pictures").iterdir())
+    (log,) = [
+        path.read_text() for path in (tmp_path / "out" / "logs").glob("*") if '"event": "failed"' in path.read_text()
+    ]
+    assert "waves_x1_Sun-a0.exr: cannot be written (Blender wrote only a part of it); check its folder" in log
+    assert addon.commands.execute(["job", str(job), "--step", "frames"]) == 0
+    assert len(list((tmp_path / "out" / "pictures").glob("*.exr"))) == 4
+
+
+def test_a_task_removes_what_a_killed_task_left(addon, job, tmp_path):
+    """On its own machine, and not the folder of a task that lives."""
+    assert addon.commands.execute(["job", str(job), "--step", "bake"]) == 0
+    folder, name = tmp_path / "out" / "pictures", addon.worker.machine_name()
+    left = [folder / f".picture.{name}.abcdefg{number}..partial" for number in (1, 2)]
+    for each in left:
+        each.mkdir(parents=True)
+        (each / ".lock").touch()
+    with try_lock(left[0] / ".lock"):
+        assert addon.worker.main([str(tmp_path / "out" / "scenes" / "waves.json"), "--task", "1"]) == 0
+    assert [each.exists() for each in left] == [True, False]
 
 
 def test_without_pillow_a_job_leaves_out_its_contact_sheet(addon, job, tmp_path, monkeypatch, capfd):
@@ -163,12 +214,17 @@ def test_faults_are_told_before_anything_is_rendered(addon, job, tmp_path, capfd
 
 
 def test_a_plan_of_another_version_is_refused(addon, job, tmp_path, capfd):
+    """And a file in the place of the pictures is the one that is blamed, not the log."""
     assert addon.commands.execute(["job", str(job), "--step", "bake"]) == 0
+    (tmp_path / "out" / "pictures").touch()
+    assert addon.commands.execute(["job", str(job), "--step", "frames"]) == 1
+    assert f"error: {tmp_path / 'out' / 'pictures'}: cannot be written (File exists)" in capfd.readouterr().err
     plan = tmp_path / "out" / "scenes" / "waves.json"
     assert addon.worker.read_plan(plan)["pictures"][0]["name"] == NAMES[0]
-    plan.write_text(plan.read_text().replace('"denoise"', '"denoised"'))
+    plan.write_text(plan.read_text().replace('"format": 1', '"format": 0'))
     assert addon.worker.main([str(plan)]) == 1
-    assert "another version of the extension made it); run the job's earlier steps again" in capfd.readouterr().err
+    told = "(format: another version of the extension made it); run the job's earlier steps again"
+    assert told in capfd.readouterr().err
 
 
 @pytest.mark.parametrize("words", [
@@ -214,7 +270,7 @@ def test_a_lamp_goes_round_an_object_at_its_distance(addon, job):
         assert tuple(lamp.matrix_world.col[2].xyz.normalized()) == pytest.approx(np.array(place) / 5, abs=1e-6)
         assert lamp.data.energy == 2.0
     setup.set_up(picture | {"lamps": []}, base)
-    with pytest.raises(setup.Fault, match="`around` is missing; name the object"):
+    with pytest.raises(setup.GratingError, match="`around` is missing; name the object"):
         setup.set_up(picture | {"lamps": [state | {"around": None}]}, base)
 
 

@@ -5,10 +5,11 @@ import errno
 import hashlib
 import json
 import os
+import shutil
 
 import pytest
 
-from precompute.bake import cache_store, ensemble
+from precompute.bake import cache, cache_store, ensemble
 from precompute.bake.bake_folder import are_facts
 from precompute.base.failure import GratingError
 from precompute.surface.readers.reader_registry import read_height_map
@@ -91,6 +92,21 @@ def test_facts_of_wrong_types_are_damage(run_bake, picture, tmp_path, cache_fold
     record.write_text(json.dumps(whole | {"facts": whole["facts"] | {"delta_e": {"p99": "<b>"}}}))
     assert run_bake(tmp_path / "second")[0]["cached"] is False
     assert names(tmp_path / "second") == SKIN
+
+
+def test_the_bake_of_another_request_is_not_taken(run_bake, tmp_path, cache_folder, monkeypatch):
+    """It was copied into the place of the wanted one, and its record made one of that key."""
+    run_bake(tmp_path / "first")
+    (entry,) = cache_folder.glob("entries/*")
+    record = json.loads((entry / "record.json").read_text())
+    assert cache.key_of(record["of"]) == entry.name and cache.is_of(record["of"], list(entry.glob("files/*")))
+    record["of"]["parameters"]["delta_e"] = 6.0
+    wanted = shutil.copytree(entry, entry.with_name(cache.key_of(record["of"])))
+    (wanted / "record.json").write_text(json.dumps(record))
+    monkeypatch.setattr(ensemble, "plan", never)
+    with pytest.raises(AssertionError, match="baked again"):
+        run_bake(tmp_path / "second", "--delta-e", "6")
+    assert run_bake(tmp_path / "third")[0]["cached"] is True
 
 
 def test_links_in_the_cache_are_not_followed(tmp_path, cache_folder):

@@ -15,6 +15,8 @@ from precompute.cli.parser import build_parser
 from precompute.surface.height_map import HeightMap
 from precompute.table import atlas_file
 
+from .conftest import key_of
+
 ROOT = Path(__file__).resolve().parents[3]
 
 
@@ -32,13 +34,13 @@ def request(*argv):
 
 def test_a_key_is_of_the_content_alone(height_map):
     """The key ignores the folder, the order of heights in memory, and how the command line writes a number."""
-    found = cache.key_of([height_map], request())
+    found = key_of([height_map], request())
     assert len(found) == 64
-    assert cache.key_of([replace(height_map, source="other/place/skin.png")], request()) == found
-    assert cache.key_of([replace(height_map, height_m=np.asfortranarray(height_map.height_m))], request()) == found
+    assert key_of([replace(height_map, source="other/place/skin.png")], request()) == found
+    assert key_of([replace(height_map, height_m=np.asfortranarray(height_map.height_m))], request()) == found
     same = request("--delta-e", "1.00", "--coherence-um", "auto", "--json", "-", "--progress", "none", "--no-cache")
-    assert cache.key_of([height_map], same) == found
-    assert cache.key_of([height_map], request("--level", "plane:least-squares")) == found
+    assert key_of([height_map], same) == found
+    assert key_of([height_map], request("--level", "plane:least-squares")) == found
 
 
 def test_each_part_of_the_content_changes_the_key(height_map, monkeypatch):
@@ -54,17 +56,17 @@ def test_each_part_of_the_content_changes_the_key(height_map, monkeypatch):
         replace(height_map, source="folder/scale.png"),
         replace(height_map, source="sample:skin.png"),
     ]
-    keys = [cache.key_of([each], request()) for each in (height_map, *changed)]
+    keys = [key_of([each], request()) for each in (height_map, *changed)]
     monkeypatch.setattr(cache, "BAKE_VERSION", cache.BAKE_VERSION + 1)
-    keys.append(cache.key_of([height_map], request()))
+    keys.append(key_of([height_map], request()))
     monkeypatch.setattr(cache, "FORMAT", atlas_file.FORMAT + 1)
-    keys.append(cache.key_of([height_map], request()))
+    keys.append(key_of([height_map], request()))
     monkeypatch.setattr(np, "__version__", "1.0")
-    keys.append(cache.key_of([height_map], request()))
+    keys.append(key_of([height_map], request()))
     monkeypatch.setattr(cache.platform, "machine", lambda: "abacus")
-    keys.append(cache.key_of([height_map], request()))
+    keys.append(key_of([height_map], request()))
     monkeypatch.setattr(np, "show_config", lambda mode: {"SIMD Extensions": {"found": ["AVX2"]}})
-    keys.append(cache.key_of([height_map], request()))
+    keys.append(key_of([height_map], request()))
     assert len(set(keys)) == len(keys)
 
 
@@ -80,8 +82,8 @@ def test_each_option_of_the_bake_changes_the_key(height_map, tmp_path):
     needs.write_text('{"format": 1, "u": [0, 1]}')
     lines = [(), ("--delta-e", "1.5"), ("--coherence-um", "30"), ("--illuminant", "E"), ("--needs", str(needs))]
     lines += [("--level", steps) for steps in ("none", "plane,dust", "dust,plane", "plane,dust:6", "plane:robust")]
-    keys = [cache.key_of([height_map], request(*line)) for line in lines]
+    keys = [key_of([height_map], request(*line)) for line in lines]
     needs.write_text('{"format": 1, "u": [0, 1.5]}')
-    keys.append(cache.key_of([height_map], request("--needs", str(needs))))
-    keys.append(cache.key_of([height_map, height_map], request()))
+    keys.append(key_of([height_map], request("--needs", str(needs))))
+    keys.append(key_of([height_map, height_map], request()))
     assert len(set(keys)) == len(keys)

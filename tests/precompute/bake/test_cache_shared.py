@@ -17,7 +17,7 @@ from precompute.base import locks, shared_folder
 from precompute.base.failure import GratingError
 from precompute.base.shared_folder import server_now_ns
 
-from .conftest import ROOT, assert_nothing_is_left, bake_once, fake, key, names, never
+from .conftest import ROOT, assert_nothing_is_left, bake_once, fake, key, key_of, names, never
 from .test_cache_keys import height_map, request
 
 __all__ = ["height_map"]  # the fixture
@@ -80,13 +80,13 @@ def test_a_process_that_reads_without_the_lock_is_not_swept(tmp_path, cache_fold
     bake_once(key(1), tmp_path, fake())
     lock = cache_store.Cache(cache_folder).hold(key(1))
 
-    def believed(facts):
+    def believed(*_):
         with lock:
             pass
         assert bake_once(key(1), tmp_path, never)["cached"] is True
         return True
 
-    assert cache.bake_once(key(1), tmp_path, never, believed=believed)["cached"] is True
+    assert cache.bake_once(key(1), tmp_path, never, of={}, believed=believed)["cached"] is True
     assert_nothing_is_left(cache_folder, tmp_path)
 
 
@@ -202,14 +202,14 @@ def test_a_farm_of_mixed_processors_bakes_once(height_map, tmp_path, monkeypatch
         for machine in ("AVX2", "AVX512_SKX"):
             simd = {"SIMD Extensions": {"found": [machine]}}
             monkeypatch.setattr(np, "show_config", lambda mode, simd=simd: simd)
-            keys[shared, machine] = cache.key_of([height_map], request())
+            keys[shared, machine] = key_of([height_map], request())
             bake_once(keys[shared, machine], tmp_path / (shared or "unset") / machine, fake(machine.encode()))
     assert keys["", "AVX2"] == keys["0", "AVX2"] != keys["", "AVX512_SKX"] == keys["0", "AVX512_SKX"]
     assert keys["1", "AVX2"] == keys["1", "AVX512_SKX"] not in (keys["", "AVX2"], keys["", "AVX512_SKX"])
     assert (tmp_path / "0" / "AVX512_SKX" / "a.exr").read_bytes() == b"AVX512_SKX"
     assert (tmp_path / "1" / "AVX512_SKX" / "a.exr").read_bytes() == b"AVX2"
     monkeypatch.setattr(np, "__version__", "1.0")
-    assert cache.key_of([height_map], request()) != keys["1", "AVX2"], "another NumPy still bakes of its own"
+    assert key_of([height_map], request()) != keys["1", "AVX2"], "another NumPy still bakes of its own"
 
 
 def test_a_farm_ignores_the_last_digits_of_heights(height_map, monkeypatch):  # noqa: F811  the fixture
@@ -218,7 +218,7 @@ def test_a_farm_ignores_the_last_digits_of_heights(height_map, monkeypatch):  # 
     other = replace(height_map, height_m=height_map.height_m + 1e-10)
     for shared in ("0", "1"):
         monkeypatch.setenv("NATURAL_GRATINGS_CACHE_SHARED", shared)
-        keys = [cache.key_of([each], request()) for each in (height_map, noisy, other)]
+        keys = [key_of([each], request()) for each in (height_map, noisy, other)]
         assert (keys[0] == keys[1]) == (shared == "1") and keys[2] not in keys[:2]
 
 
@@ -228,7 +228,7 @@ def test_a_processor_without_vector_instructions_has_the_key_of_the_farm(monkeyp
     if not found:
         pytest.skip("NumPy uses no vector instructions here that can be switched off")
     code = "from precompute.bake import cache; from precompute.bake.request import BakeRequest, Scan; "
-    code += "print(cache.key_of([Scan('sample:elaphe').read()], BakeRequest()))"
+    code += "print(cache.key_of(cache.content_of([Scan('sample:elaphe').read()], BakeRequest())))"
     keys = {}
     for shared in ("0", "1"):
         for off in ("", " ".join(found)):
@@ -249,4 +249,4 @@ def test_a_processor_without_vector_instructions_has_the_key_of_the_farm(monkeyp
 def test_sharing_is_yes_or_no(height_map, monkeypatch):  # noqa: F811  the fixture
     monkeypatch.setenv("NATURAL_GRATINGS_CACHE_SHARED", "maybe")
     with pytest.raises(GratingError, match="NATURAL_GRATINGS_CACHE_SHARED maybe: .*; give 1"):
-        cache.key_of([height_map], request())
+        key_of([height_map], request())

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from precompute.bake.cache import key_of
 from precompute.bake.ensemble import bake, plan
 from precompute.bake.request import BakeRequest, request_from
 from precompute.bake.self_check import pairs_within
@@ -19,6 +18,8 @@ from precompute.colour.working_space import lamp_rgb, rgb_from_xyz
 from precompute.spectra.density import density_at
 from precompute.surface.relief import prepare
 from precompute.surface.samples.ruled_gratings import blazed
+
+from .conftest import key_of
 
 LAMPS = ("2700K", "LED-B1", "FL11", "HP1")
 COHERENCE_M = 12e-6

@@ -4,13 +4,15 @@ limit."""
 
 import errno
 import os
+import shutil
 import stat
+from functools import partial
 from pathlib import Path
 
 import pytest
 
 from precompute.base.failure import GratingError
-from precompute.base.files import partial_folder, read_limited, short_stem, write_together, write_whole
+from precompute.base.files import partial_folder, read_limited, short_stem, told_of, write_together, write_whole
 from precompute.base.job import JOB_VARIABLE
 
 
@@ -121,3 +123,15 @@ def test_a_long_name_is_shortened_and_stays_its_own(letter):
     assert one != other and one == short_stem(letter * 250 + "a")
     assert len(one.encode()) <= 200 and set(one.partition("_")[0]) <= {letter}
     assert short_stem("skin" + letter) == "skin" + letter
+
+
+def test_a_copy_s_source_is_blamed_for_its_own_fault(tmp_path):
+    """A source that is missing, beside a folder that is missing, and a full disk, which names both files."""
+    (tmp_path / "out").mkdir()
+    missing, target = tmp_path / "in" / "a.exr", tmp_path / "out" / "b.exr"
+    with pytest.raises(GratingError, match=r"in.a\.exr: cannot be read \(No such file"):
+        write_whole(target, partial(shutil.copyfile, missing))
+    with pytest.raises(GratingError, match=r"none.b\.exr: cannot be written \(No such file"):
+        write_whole(tmp_path / "none" / "b.exr", Path.touch)
+    with pytest.raises(GratingError, match=r"out.b\.exr: cannot be written \(full"), told_of(target):
+        raise OSError(28, "full", str(missing), None, str(target))

@@ -3,24 +3,38 @@
 
 import json
 import os
+import shutil
 
+import numpy as np
 import pytest
 
 from precompute.bake import cache
 from precompute.bake.cache_store import Cache
 from precompute.base.shared_folder import server_now_ns
+from precompute.table import atlas_file
 
-KEYS = [f"{number:x}" * 64 for number in range(3)]
+
+def content(number):
+    """What a bake depends on."""
+    told = {"shape": [1, 1], "pixel_size_m": [1e-7, 1e-7], "source": ["skin.png", "Topography"]}
+    return {"surfaces": [{"heights_sha256": f"{number}", **told}], "parameters": {"delta_e": 1.0}}
+
+
+CONTENTS = sorted(map(content, range(3)), key=cache.key_of)
+KEYS = list(map(cache.key_of, CONTENTS))
 
 
 @pytest.fixture
 def filled(cache_folder, tmp_path):
     """The cache with three bakes of 400,000 bytes, last used 0, 10 and 20 days ago."""
-    for number, key in enumerate(KEYS):
-        file = tmp_path / f"skin{number}.exr"
-        file.write_bytes(bytes(400_000))
+    for number, (key, of) in enumerate(zip(KEYS, CONTENTS, strict=True)):
+        file, (surface,) = tmp_path / f"skin{number}.exr", of["surfaces"]
+        header = {"format": atlas_file.FORMAT, "request": {"delta_e": 1.0, "scans": []}, **surface}
+        header |= {"heights_sha256": [surface["heights_sha256"]], "source": "skin.png", "channel": "Topography"}
+        texts = {atlas_file.HEADER_KEY: json.dumps(header), "padding": "x" * 400_000}
+        atlas_file.write_exr(file, np.zeros((1, 1, 3), np.float32), texts)
         facts = {"seconds": 1.0, "delta_e": {"p99": 0.5 + number}, "files": [str(file)]}
-        assert Cache(cache_folder).put(key, tmp_path, facts)
+        assert Cache(cache_folder).put(key, tmp_path, facts, of=of)
         at_ns = server_now_ns(tmp_path) - 10 * number * cache.NS_OF_A_DAY
         os.utime(cache_folder / "entries" / key / "record.json", ns=(at_ns, at_ns))
         file.unlink()
@@ -133,6 +147,24 @@ def test_other_damage_is_found(run, filled, tmp_path, damage):
     assert run("cache", "verify", "--remove")[0] == 1
     assert entries(filled) == KEYS[:2]
     assert run("cache", "verify")[0] == 0
+
+
+def test_a_bake_of_another_key_is_damage(run, filled):
+    """Its whole entry copied; its record made one of the key; its files alone, with their fingerprints; a part of what
+    it depends on changed, as it would be with another bake's files."""
+    first, second = (filled / "entries" / key for key in KEYS[:2])
+    own = json.loads((second / "record.json").read_text())
+    shutil.rmtree(second)
+    shutil.copytree(first, second)
+    others = json.loads((first / "record.json").read_text())
+    parts = [{"pixel_size_m": [1, 1]}, {"source": ["other.png", "Topography"]}, {"source": ["skin.png", "Phase"]}]
+    changed = [own["of"] | {"surfaces": [own["of"]["surfaces"][0] | part]} for part in parts]
+    for record in (others, others | {"of": own["of"]}, own | {"files": others["files"]}, {**own, "of": {}}):
+        (second / "record.json").write_text(json.dumps(record))
+        assert run("cache", "verify")[0] == 1
+    for of in (own["of"], *changed, own["of"] | {"parameters": {"delta_e": 2.0}}):
+        assert not cache.is_of(of, [first / "files" / "skin0.exr"])
+    assert run("cache", "verify", "--remove")[0] == 1 and entries(filled) == KEYS[::2]
 
 
 def test_a_bake_in_use_is_not_called_damaged(run, filled):

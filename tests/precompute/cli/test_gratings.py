@@ -5,7 +5,7 @@ import json
 
 import pytest
 
-from precompute.bake.cache import key_of
+from precompute.bake.cache import content_of, key_of
 from precompute.bake.request import BakeRequest, Scan, request_from
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.table.atlas_file import read_header
@@ -40,12 +40,12 @@ def test_a_bake_passes_its_check_and_is_repeated(run, tmp_path, text):
 def test_two_texts_of_one_grating_have_one_key_and_one_record():
     texts = ("grating:binary?period_nm=2500", "grating:binary?duty=0.50&lines_per_mm=400&seed=0")
     requests = [BakeRequest(scans=(Scan(text),)) for text in texts]
-    keys = {key_of([scan.read() for scan in request.scans], request) for request in requests}
+    keys = {key_of(content_of([scan.read() for scan in request.scans], request)) for request in requests}
     assert len(keys) == 1 and requests[0].as_dict() == requests[1].as_dict()
     record = requests[0].as_dict()
     assert request_from(record, "test").as_dict() == record
     other = BakeRequest(scans=(Scan("grating:binary?duty=0.4"),))
-    assert key_of([other.scans[0].read()], other) not in keys
+    assert key_of(content_of([other.scans[0].read()], other)) not in keys
 
 
 def test_a_grating_has_no_folder(tmp_path):

@@ -3,7 +3,11 @@
 
 import json
 
+import numpy as np
 import pytest
+
+from precompute.bake.request import request_from
+from precompute.render_job.job_file import read_job
 
 from .conftest import PICTURE
 
@@ -32,3 +36,14 @@ def test_info_to_a_file(run, scan, tmp_path):
     status, out, _ = run("info", scan, *PICTURE, "--json", tmp_path / "facts.json")
     assert status == 0 and "rows: 48" in out
     assert json.loads((tmp_path / "facts.json").read_text())["rows"] == 48
+
+
+def test_numbers_in_metres(run, tmp_path):
+    """The factor that docs/formats.md gives, 1e9, also in a request and in a job's file."""
+    np.savetxt(tmp_path / "a.txt", 1e-7 * np.tile(np.arange(16.0) % 2, (16, 1)))
+    status, out, _ = run("info", tmp_path / "a.txt", "--size-um", "2", "--height-nm", "1e9", "--json", "-")
+    assert status == 0 and json.loads(out)["source_range_m"] == pytest.approx(1e-7)
+    assert request_from({"scans": [{"source": "a.txt", "size_um": 2, "height_nm": 1e9}]}, "a").scans[0].height_nm == 1e9
+    job = tmp_path / "job.toml"
+    job.write_text('scene = "a.blend"\n[[grating]]\nscans = ["a.txt"]\nsize_um = 2\nheight_nm = 1e9')
+    assert read_job(job).surfaces[0].request.scans[0].height_nm == 1e9

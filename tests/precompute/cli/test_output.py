@@ -4,12 +4,15 @@
 import json
 import math
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from laboratory.study.colour_comparison import ColourComparison
 from precompute.base.failure import GratingError
 from precompute.cli.printing import emit
 from precompute.measure.errors import Errors
+from precompute.table.atlas_file import write_exr
 
 
 @pytest.mark.parametrize("figure", [math.nan, math.inf, -math.inf])
@@ -40,3 +43,22 @@ def test_an_infinite_error_is_null():
     """A table that returns NaN has infinite errors of colour (`measure`)."""
     found = Errors(math.inf, math.inf, math.inf, math.inf, 0.1, 0.1, 0.0, 7, 0.0).as_dict()
     assert found["p99"] is None and found["relative_dy"] == 0.1
+
+
+def test_no_verb_replaces_a_file_that_it_reads(refused, tmp_path, monkeypatch):
+    """The scan of a bake into its own folder, the picture of a map, a mesh, and facts beside any of them."""
+    monkeypatch.chdir(tmp_path)
+    heights = np.tile(np.sin(np.arange(16.0)), (16, 1)).astype(np.float32)
+    write_exr(tmp_path / "a.exr", np.repeat(heights[..., None], 3, axis=2), {})
+    Image.fromarray(np.uint8(127 + 100 * heights)).save(tmp_path / "a.png")
+    for name in ("uv.npz", "mesh.npz"):
+        (tmp_path / name).write_bytes(b"")
+    size = ("--size-um", "2", "--height-nm", "60")
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    for line in (
+        ("bake", "a.exr", *size, "-o", "."),
+        ("map", "a.png", *size, "--method", "reference", "-o", f"{tmp_path}/a.png"),
+        ("info", "./a.png", *size, "--json", "a.png"), ("comb", "mesh.npz", "-o", "."), ("unwrap", "uv.npz", "-o", "."),
+    ):  # fmt: skip
+        assert "would be replaced, and is read here; write to another folder or file" in refused(*line)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before

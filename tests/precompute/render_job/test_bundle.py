@@ -4,12 +4,15 @@
 import json
 import shutil
 import subprocess
+from pathlib import Path
 
 import pytest
 
+from devtools.changed import imports
 from precompute.render_job.bundle import parts_of, write_bundle
 from precompute.render_job.job_file import read_job
 
+ROOT = Path(__file__).resolve().parents[3]
 JOB = """
 scene = "snake.blend"
 needs = true
@@ -68,6 +71,23 @@ def test_assets_are_all_that_is_read_and_written(bundle, tmp_path):
     assets = json.loads((bundle / "asset_references.json").read_text())["assetReferences"]
     assert assets["inputs"]["filenames"] == [str(tmp_path / name) for name in ("job.toml", "skin.nid", "snake.blend")]
     assert assets["outputs"]["directories"] == [str(tmp_path / "job")]
+
+
+def test_the_worker_s_files_are_all_that_it_imports(bundle):
+    """A Blender without the extension has no others."""
+    shipped = {path.relative_to(bundle / "scripts") for path in (bundle / "scripts").rglob("*.py")}
+    for file in shipped:
+        names = [Path(*name.split(".")) for name in imports(ROOT / file) if name.startswith(("addon.", "precompute."))]
+        modules = {path.with_suffix(".py") for name in names for path in (name, name.parent)}
+        missing = {path for path in modules - shipped if (ROOT / path).is_file()}
+        assert not missing, f"{file} imports {missing}"
+
+
+def test_a_name_with_braces_makes_no_expression(tmp_path):
+    (tmp_path / "a{{b}}.toml").write_text(JOB)
+    write_bundle(read_job(tmp_path / "a{{b}}.toml"), tmp_path / "bundle", per_task=2)
+    template = json.loads((tmp_path / "bundle" / "template.json").read_text())
+    assert template["name"] == "Natural Gratings: a_b"
 
 
 def test_flamenco_s_tasks_are_those_of_the_template(bundle):

@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Jobs in TOML: what they declare, and the one line that each fault gets."""
 
+import re
 from pathlib import Path
 
 import pytest
 
 from precompute.base.failure import GratingError
+from precompute.presets.presets import FOLDER as PRESETS
 from precompute.render_job.frame_ranges import parse_frames
-from precompute.render_job.job_file import EXAMPLE, plain_name, read_job
-from precompute.render_job.pictures import PLAN_FORMAT, pictures_of, plan_of, recipe_of_plan, scene_names, write_record
+from precompute.render_job.job_file import EXAMPLE, read_job
+from precompute.render_job.pictures import pictures_of, scene_names
+from precompute.render_job.plan import PLAN_FORMAT, plain_name, plan_of, read_plan, recipe_of_plan, write_record
 
 THUMBNAILS = """
 output = "thumbnails"
@@ -190,6 +193,57 @@ def test_pictures_of_one_name_are_refused(written):
         pictures_of(written(text), "scene")
 
 
-@pytest.mark.parametrize(("text", "name"), [("a/b", "a_b"), ("../..", "_"), ("Käfer", "K_fer"), ("cd 2", "cd_2")])
+@pytest.mark.parametrize(("text", "name"), [
+    ("a/b", "a_b"), ("../..", "_"), ("Käfer", "Käfer"), ("Ka\u0308fer", "Käfer"), ("cd 2", "cd_2"), ("-x", "x"),
+    ("Камера", "Камера"), ("蛇", "蛇"), ("कि", "कि"), ("{{b}}", "b"),
+])  # fmt: skip
 def test_names_are_plain(text, name):
-    assert plain_name(text) == name
+    assert plain_name(text) == plain_name(name) == name
+
+
+def test_a_long_name_is_shortened_before_it_is_baked(written):
+    """File systems allow 255 bytes, and a scene that is not whole yet has 24 more than its name."""
+    job = written(f'scene = "a"\n[pictures]\nframes = [1, 2]\n[[grating]]\npreset = "cd"\nname = "{"ж" * 245}"')
+    names = [*scene_names(job), *(picture.name for picture in pictures_of(job, *scene_names(job)))]
+    assert len(set(names)) == 3 and max(len(name.encode()) for name in names) <= 200
+    assert list(map(plain_name, names)) == names
+
+
+def test_an_output_that_holds_an_input_is_refused(written, tmp_path):
+    """The job's file, its scene, a scan, a preset's file; also through a link in place of a folder of the output."""
+    (tmp_path / "mine.json").write_text((PRESETS / "cd.json").read_text())
+    (tmp_path / "linked").mkdir()
+    (tmp_path / "linked" / "scenes").symlink_to(tmp_path / "art", target_is_directory=True)
+    for text, held in (
+        ('output = "."\nscene = "scenes/g.blend"', "job.toml"), ('output = "out"\nscene = "out/g.blend"', "g.blend"),
+        ('output = "linked"\nscene = "art/g.blend"', "g.blend"),
+        ('output = "out"\nscene = "a"\n[[grating]]\nscans = ["out/a.nid"]', "a.nid"),
+        (f'output = "{tmp_path.as_posix()}"\n[[grating]]\npreset = "mine.json"', "job.toml"),
+    ):  # fmt: skip
+        with pytest.raises(GratingError, match=f"output: .* holds .*{held}, which the job reads; give a folder of its"):
+            written(text)
+    assert written('[[grating]]\npreset = "mine.json"').inputs == [tmp_path / "job.toml", tmp_path / "mine.json"]
+
+
+def test_a_plan_that_was_changed_is_refused(written, tmp_path):
+    """Names that leave the output, values that no picture has, and keys that are missing."""
+    pictures = pictures_of(written(THUMBNAILS), "corn_snake")
+    plan, path = plan_of("corn_snake.blend", "recipe", pictures, made_by={}), tmp_path / "plan.json"
+    write_record(path, plan)
+    assert read_plan(path) == plan
+    for key, value, told in (
+        ("name", "../../escaped", "pictures 1.name: cannot be '../../escaped'"),
+        ("name", "/a", "pictures 1.name: "), ("name", "a\\b", "pictures 1.name: "), ("name", None, "pictures 1.name: "),
+        ("zoom", "wide", "pictures 1.zoom: cannot be 'wide'"), ("zoom", float("nan"), "pictures 1.zoom: "),
+        ("samples", 10**30, "pictures 1.samples: "),
+        ("lamps", [{"lamp": "Sun 1", "azimuth_deg": 1}], "lamps 1.azimuth_deg: "),
+        ("samples", 9, "it was changed"), ("id", "0" * 64, "it was changed"), ("extra", 1, "pictures 1.extra: no such"),
+    ):  # fmt: skip
+        first, *others = plan["pictures"]
+        write_record(path, plan | {"pictures": [first | {key: value}, *others]})
+        with pytest.raises(GratingError, match=rf"plan.json: no plan that can be used \({re.escape(told)}.*; run the"):
+            read_plan(path)
+    for changed in ({"scene": "../a.blend"}, {"scene": "a"}, {"pictures": {}}, {"format": 0}, {"made_by": 1}, {"x": 1}):
+        write_record(path, plan | changed)
+        with pytest.raises(GratingError, match="no plan that can be used"):
+            read_plan(path)

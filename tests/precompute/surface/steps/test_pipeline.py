@@ -98,3 +98,17 @@ def test_fill(levelled):
     filled, _, _ = levelled(height, "fill")
     assert np.isfinite(filled).all()
     np.testing.assert_array_equal(filled[np.isfinite(height)], height[np.isfinite(height)])
+
+
+def test_a_scan_of_hardly_any_points_is_a_warning(levelled):
+    """Whether they are filled by a step or later. A few missing points, or a crop without any, are no reason."""
+    height = wave()
+    height[:-1] = np.nan
+    for steps in ("plane", "plane,fill", "fill"):
+        (told,) = levelled(height, steps)[2]
+        assert told.startswith("warning: ") and told.endswith(
+            "99.22% of the points are missing and filled in; scan again, or crop to the measured part"
+        )
+    height = wave()
+    height[:, :25] = np.nan
+    assert levelled(height, "plane")[2] == levelled(height, "crop:1.5:0:6.4:6.4")[2] == ()

@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The plan of a scene's pictures, which a worker reads in a Blender without the extension.
+
+A plan is JSON beside the .blend file that it is of:
+
+    {"format": 1, "scene": "cd.blend", "recipe": SHA-256, "made_by": FACTS, "pictures": [PICTURE, ...]}
+
+A PICTURE has the fields of Picture and under `id` the SHA-256 of everything that it depends on: a finished picture
+with this id need not be rendered again. This file and what it imports need no package, so that a farm's job can carry
+them."""
+
+import hashlib
+import json
+import re
+import unicodedata
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from ..base.failure import GratingError
+from ..base.files import short_stem, write_whole
+from .frame_ranges import FRAME_MAX, FRAME_MIN
+from .tables import Limits, Table
+
+PLAN_FORMAT = 1
+# The folders of a job's output.
+FOLDERS = SCENES, PICTURES, LOGS, NEEDS = "scenes", "pictures", "logs", "needs"
+# A film of an hour at 24 frames a second has 86,400 pictures.
+PICTURES_MAX = 100_000
+# More lamps than a job needs.
+LAMPS_MAX = 100
+ENGINES = ("cycles", "eevee")
+# Blender's limits of frames and seeds, and limits of what a picture may be.
+FRAME, SEED = Limits(FRAME_MIN, FRAME_MAX), Limits(0, 2**31 - 1)
+SAMPLES, SIDE = Limits(1, 1 << 24), Limits(4, 65536)
+ZOOM, FACTOR = Limits(1e-3, 1e3), Limits(0.0, 1e6)
+AZIMUTH, ELEVATION = Limits(-360.0, 360.0), Limits(-90.0, 90.0)
+_REMEDY = "run the job's earlier steps again"
+
+
+@dataclass(frozen=True)
+class LampState:
+    """The direction and strength of a lamp in a picture. None: as in the scene."""
+
+    lamp: str
+    azimuth_deg: float | None
+    elevation_deg: float | None
+    strength: float | None
+    around: str | None
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture of a job: the name of its files without ending, and what is set before it is rendered. None keeps the
+    scene's own setting."""
+
+    name: str
+    camera: str | None
+    zoom: float | None
+    lamps: tuple[LampState, ...]
+    engine: str | None
+    seed: int | None
+    frame: int | None
+    samples: int | None
+    denoise: bool | None
+    width: int | None
+    height: int | None
+
+
+def plain_name(text: str) -> str:
+    """A text as a file name without ending, for every system and as a word of a command: letters and digits of every
+    script, dots and dashes. Runs of other characters become one underscore, and a long name is shortened."""
+    kept = (c if c in ".-" or unicodedata.category(c)[0] in "LMN" else " " for c in unicodedata.normalize("NFC", text))
+    short = short_stem("_".join("".join(kept).split()).strip("._-") or "_")
+    return re.sub("_+", "_", short)
+
+
+def hash_of(record: Any) -> str:
+    """The SHA-256, in hexadecimal, of a record as JSON."""
+    return hashlib.sha256(json.dumps(record, sort_keys=True).encode()).hexdigest()
+
+
+def plan_of(scene: str, recipe: str, pictures: Sequence[Picture], *, made_by: Mapping[str, Any]) -> dict[str, Any]:
+    """The plan of a scene's pictures. `scene` is the name of its .blend, which lies beside the plan, `recipe` a hash of
+    everything that the scene depends on, `made_by` facts for the pictures' records."""
+    records = [json.loads(json.dumps(asdict(picture))) for picture in pictures]
+    identified = [{**record, "id": hash_of([recipe, record])} for record in records]
+    return {"format": PLAN_FORMAT, "scene": scene, "recipe": recipe, "made_by": dict(made_by), "pictures": identified}
+
+
+def write_record(path: Path, record: Mapping[str, Any]) -> None:
+    """Write a plan or another record as JSON, whole. Raises GratingError if it cannot be written."""
+    text = json.dumps(record, indent=1) + "\n"
+    write_whole(path, lambda partial: partial.write_text(text, encoding="utf-8"))
+
+
+def read_plan(path: Path) -> dict[str, Any]:
+    """A plan that is as plan_of makes it, whose names stay within the output. It may be larger than what strict_json
+    reads. Raises GratingError for any other file."""
+    try:
+        plan = json.loads(path.read_text(encoding="utf-8"))
+        with Table(path, plan) as whole:
+            if whole.take("format") != PLAN_FORMAT:
+                raise whole.fault("format", "another version of the extension made it", "")
+            scene, recipe, made_by = _plain(whole, "scene", ".blend"), whole.text("recipe"), whole.take("made_by")
+            pictures = [_picture(each) for each in whole.tables("pictures", PICTURES_MAX)]
+        if not isinstance(made_by, dict) or plan != plan_of(scene, str(recipe), pictures, made_by=made_by):
+            raise ValueError("it was changed")
+    except (OSError, ValueError, RecursionError) as error:
+        raise GratingError(path, f"no plan that can be used ({error})", _REMEDY) from error
+    except GratingError as error:
+        raise GratingError(path, f"no plan that can be used ({error.fault})", _REMEDY) from error
+    return plan
+
+
+def _picture(table: Table) -> Picture:
+    with table:
+        table.take("id")
+        return Picture(
+            _plain(table, "name"),
+            table.text("camera"),
+            table.number("zoom", ZOOM),
+            tuple(_lamp(each) for each in table.tables("lamps", LAMPS_MAX)),
+            table.text("engine", ENGINES),
+            table.integer("seed", SEED),
+            table.integer("frame", FRAME),
+            table.integer("samples", SAMPLES),
+            table.flag("denoise"),
+            table.integer("width", SIDE),
+            table.integer("height", SIDE),
+        )
+
+
+def _lamp(table: Table) -> LampState:
+    with table:
+        azimuth, elevation = table.number("azimuth_deg", AZIMUTH), table.number("elevation_deg", ELEVATION)
+        if (azimuth is None) != (elevation is None):
+            raise table.fault("azimuth_deg", "one angle says no direction", "")
+        return LampState(
+            table.text("lamp") or "", azimuth, elevation, table.number("strength", FACTOR), table.text("around")
+        )
+
+
+def _plain(table: Table, key: str, ending: str = "") -> str:
+    """A file's name that plain_name gives, and its ending. Raises GratingError for another text."""
+    name = table.text(key) or ""
+    if not name.endswith(ending) or plain_name(name.removesuffix(ending)) != name.removesuffix(ending):
+        raise table.fault(key, f"cannot be {name!r:.40}", "")
+    return name
+
+
+def recipe_of_plan(path: Path) -> str | None:
+    """The recipe of a plan and of the scene beside it; None if either is missing or damaged."""
+    try:
+        plan = read_plan(path)
+    except GratingError:
+        return None
+    return str(plan["recipe"]) if (path.parent / plan["scene"]).is_file() else None

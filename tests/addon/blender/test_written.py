@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What Blender writes on a full disk, for which a limit on the size of files stands: a line of error, and the file that
+was there stays. Blender itself reports success of a picture and of a small compressed .blend."""
+
+import contextlib
+
+import bpy
+import numpy as np
+import pytest
+
+resource = pytest.importorskip("resource", reason="this system has no limit of a file's size")
+
+
+@contextlib.contextmanager
+def full_disk(most_bytes):
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (most_bytes, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@pytest.fixture
+def writers(addon, scene, tmp_path):
+    """Each kind of file, with a function that writes it by a path."""
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+    image = bpy.data.images.new("noise", 64, 64, float_buffer=True)
+    image.pixels.foreach_set(np.random.default_rng(0).random(64 * 64 * 4, np.float32))
+    kept = scene.render.resolution_percentage
+    yield {
+        "a.blend": lambda path: addon.written.save_copy(path, compress=True),
+        "a.exr": lambda path: addon.rendering_pictures.render_picture(
+            path, engine="cycles", samples=1, width=64, height=48
+        ),
+        "a.png": lambda path: addon.rendering_pictures.render_picture(path, width=64, height=48),
+        "map.exr": lambda path: addon.baking_direction_maps.write_map(image, path),
+    }
+    scene.render.resolution_percentage = kept
+
+
+def test_a_cut_file_is_an_error_and_the_former_file_stays(addon, writers, tmp_path):
+    for name, write in writers.items():
+        path = tmp_path / name
+        path.write_bytes(b"former")
+        with (
+            full_disk(300),
+            pytest.raises(
+                (addon.picture_setup.GratingError, RuntimeError), match="cannot be written|No space|too large"
+            ),
+        ):
+            write(path)
+        assert path.read_bytes() == b"former", name
+        write(path)
+        assert path.stat().st_size > 300, name
+        assert [left.name for left in tmp_path.iterdir()] == [name], "nothing else is left"
+        path.unlink()
+
+
+def test_a_saved_file_keeps_the_former_version(addon, scene, tmp_path):
+    path = tmp_path / "a.blend"
+    path.write_bytes(b"former")
+    addon.save.save(path)
+    assert (tmp_path / "a.blend1").read_bytes() == b"former" and path.stat().st_size > 1000
