@@ -2,7 +2,8 @@
 """A stand-in for the `blender` binary that uses a bpy wheel: the same arguments in order, the same exit statuses.
 
 It does only what needs no window, and fails as Blender 5.2 does. After a script raises, the next argument is processed
-unless --python-exit-code was given. A file that cannot be read, or a --command that raises, gives status 1."""
+unless --python-exit-code was given. After a file that cannot be read, only a --command still runs; without one the
+status is 1. A --command that raises gives status 1."""
 
 import contextlib
 import os
@@ -11,11 +12,13 @@ import sys
 import traceback
 from collections.abc import Callable, Iterator
 from functools import partial
+from itertools import dropwhile
 from pathlib import Path
 
 import bpy
 
 EXTENSION = "bl_ext.user_default.natural_gratings"
+COMMAND = ("-c", "--command")
 USAGE = """\
 Blender {version} from the bpy wheel, without a window. Arguments, carried out in their order:
   FILE                           open a .blend file
@@ -113,11 +116,16 @@ def run_script(run: Callable[[], object], name: str, exit_code: int) -> None:
             sys.exit(exit_code)
 
 
-def open_file(path: str) -> None:
+def open_file(path: str, following: Iterator[str]) -> None:
+    """Open a file. If it cannot be read, exit, after the command if one is among the arguments that follow."""
     try:
         bpy.ops.wm.open_mainfile(filepath=os.path.abspath(path))
     except RuntimeError:
-        fail(f'Cannot read file "{path}"')
+        print(f'Error: Cannot read file "{path}"', file=sys.stderr)
+        command = list(dropwhile(lambda argument: argument not in COMMAND, following))
+        if command[1:]:
+            run_command(command[1], command[2:])
+        sys.exit(1)
 
 
 def frames(text: str) -> Iterator[int]:
@@ -223,7 +231,7 @@ OPTIONS = {
 
 def own_arguments(arguments: list[str]) -> list[str]:
     """The arguments for Blender itself: all before `--`, or up to and including a command's flag."""
-    ends = [index for index, argument in enumerate(arguments) if argument in ("--", "-c", "--command")]
+    ends = [index for index, argument in enumerate(arguments) if argument in ("--", *COMMAND)]
     return arguments[: ends[0] + 1] if ends else arguments
 
 
@@ -238,12 +246,12 @@ def carry_out(arguments: list[str]) -> None:
             FLAGS[argument]()
             continue
         if not argument.startswith("-"):
-            open_file(argument)
+            open_file(argument, queue)
             continue
         value = next(queue, None)
         if value is None:
             fail(f"{argument} needs a value")
-        if argument in ("-c", "--command"):
+        if argument in COMMAND:
             run_command(value, list(queue))
         elif argument in ("-P", "--python"):
             run_script(
@@ -268,7 +276,7 @@ def main(arguments: list[str]) -> None:
     if "-h" in own or "--help" in own:
         print(USAGE.format(version=bpy.app.version_string))
         return
-    if not {"-b", "--background", "-c", "--command"} & set(own):
+    if not {"-b", "--background", *COMMAND} & set(own):
         fail("the bpy wheel has no window; remedy: add --background")
     sys.argv = ["blender", *arguments]
     show_hidden_packages()

@@ -5,11 +5,14 @@ Each verb works on the file that is open in Blender. A verb that changes the fil
 
 import argparse
 import importlib
+import sys
 from collections.abc import Sequence
 
 from ...precompute.base.failure import GratingError
 from ...precompute.cli.parser import OneLineParser, exit_status
 from ...precompute.cli.printing import check_targets
+from ..blender.window import in_window
+from .opened_file import check_opened
 
 # Modules of this folder with add_arguments(parser) and run(arguments), and help texts.
 VERBS = {
@@ -47,9 +50,11 @@ def execute(argv: Sequence[str]) -> int:
 
 
 def _run(arguments: argparse.Namespace) -> object:
+    check_opened(sys.argv)
     check_targets(arguments)
     try:
-        return arguments.run(arguments)
+        with in_window():
+            return arguments.run(arguments)
     except RuntimeError as error:  # from Blender's own operators, such as save and render
         told = " ".join(str(error).split()).removeprefix("Error: ")
         raise GratingError("Blender", told, "check the path, its permissions, and the space left there") from error

@@ -17,9 +17,9 @@ class Quality(NamedTuple):
 
 QUALITIES = (
     # The draft's settings are those of the drafts that the extension ships (precompute/presets/drafts.py).
-    Quality("DRAFT", "Draft", "Quick to bake, soft colours, little memory: colour error 3 (CIEDE2000)", 3.0, 10.0),
-    Quality("GOOD", "Good", "For most pictures: colour error 1, which the eye hardly sees", 1.0, 0.0),
-    Quality("EXACT", "Exact", "For close-ups: colour error 0.3. Bakes longer, and needs more memory", 0.3, 0.0),
+    Quality("DRAFT", "Draft", "Bakes fast, soft colours, little memory: colour error 3 under small lamps", 3.0, 10.0),
+    Quality("GOOD", "Good", "For most pictures: colour error 1 under small lamps. The eye hardly sees it", 1.0, 0.0),
+    Quality("EXACT", "Exact", "For close-ups: colour error 0.3 under small lamps. Slow, takes more memory", 0.3, 0.0),
 )  # fmt: skip
 
 

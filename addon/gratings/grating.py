@@ -69,8 +69,9 @@ class Grating(bpy.types.PropertyGroup):
     active_step: IntProperty(name="Active Step", description="Step whose settings are shown")
     delta_e: FloatProperty(
         name="Colour Error",
-        description="How far the bake's colours may differ from the exact ones, in units of CIEDE2000: the eye hardly "
-        "sees 1. Smaller takes longer and needs more memory. Single views (1 % of the directions) may differ more",
+        description="How far the bake's colours may differ from the exact ones under lamps as small as the sun, in "
+        "units of CIEDE2000: the eye hardly sees 1. Smaller takes longer and needs more memory. Single views (1 % of "
+        "the directions) may differ more. Under large lamps the error is larger; the bake states it",
         default=1.0, min=1e-3, max=100.0, soft_min=0.05, soft_max=10.0,
     )  # fmt: skip
     coherence_um: FloatProperty(

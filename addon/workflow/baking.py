@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ...precompute.base.failure import GratingError
 from ...precompute.base.progress import Progress, silent
 from ...precompute.colour.working_space import lamp_line
+from ...precompute.measure.stated_errors import stated_errors
 from ...precompute.surface.height_map import is_synthetic
 from ...precompute.surface.steps.pipeline import WARNING
 from ..blender import compat
@@ -90,12 +91,6 @@ def warnings_of(facts: dict[str, Any]) -> list[str]:
     return [line.removeprefix(WARNING) for line in facts.get("levelling", ()) if line.startswith(WARNING)]
 
 
-def large_lamps_line(errors: dict[str, float | None]) -> list[str]:
-    """The error under large lamps, if a bake has measured it."""
-    worst = errors.get("wide_p99")
-    return [f"large lamps: dE00 {worst:.1f} at worst"] if isinstance(worst, (int, float)) else []
-
-
 def shown_lines(spaces: dict[str, dict[str, float]], working_space: str) -> list[str]:
     """What a file's working space does to a bake's colours, and the space that would show them better."""
     found = spaces.get(working_space)
@@ -118,8 +113,7 @@ def record_bake(grating: Grating, facts: dict[str, Any], request: BakeRequest, *
             grating.take_request(request)
     grating.for_scene = not request.needs.everything
     summary = [
-        f"dE00 {facts['delta_e']['p99']:.2f} (99 %)",
-        *large_lamps_line(facts["delta_e"]),
+        *stated_errors(facts["delta_e"]),
         f"coherence {facts['coherence_um']:.0f} um",
         *filter(None, [lamp_line(compat.working_space(), request.illuminant)]),
         *shown_lines(facts.get("shown", {}), compat.working_space()),

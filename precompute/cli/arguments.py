@@ -65,7 +65,7 @@ def add_bake_options(parser: argparse.ArgumentParser) -> None:
         "--delta-e",
         type=number(*DELTA_E),
         metavar="DE",
-        help="99th percentile of CIEDE2000 that the bake must keep; default 1",
+        help="limit of the colour error (99th percentile of CIEDE2000) under small lamps; default 1",
     )
     parser.add_argument(
         "--coherence-um", type=coherence_argument, metavar="auto|UM",

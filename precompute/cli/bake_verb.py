@@ -16,6 +16,7 @@ from ..base.progress import span_of
 from ..base.strict_json import read_json
 from ..colour.working_space import RGB_SPACES, lamp_line
 from ..measure.shown_colours import told
+from ..measure.stated_errors import stated_errors
 from ..presets.presets import preset_names, read_preset
 from ..table import atlas_file
 from ..table.sample_set import path_beside
@@ -167,7 +168,7 @@ def bake_summary(facts: Mapping[str, Any], illuminant: str) -> tuple[str, ...]:
         f"{origin}{facts['seconds']:.1f} s",
         f"dE00 mean {de['mean']:.2f}, p95 {de['p95']:.2f}, p99 {de['p99']:.2f}, max {de['max']:.2f} "
         f"({de['pairs']} direction pairs)",
-        *_of_large_lamps(de),
+        *stated_errors(de),
         *filter(None, [line_of_bake(de, illuminant), told(facts.get("shown", {}))]),
         *_of_energy(facts["largest_albedo"]),
         *facts.get("levelling", ()),
@@ -180,11 +181,3 @@ def _of_energy(largest_albedo: float) -> tuple[str, ...]:
     if largest_albedo == 1:
         return ()
     return (f"light divided by {largest_albedo:.3f}, so that no direction sends back more light than arrives",)
-
-
-def _of_large_lamps(errors: Mapping[str, Any]) -> tuple[str, ...]:
-    """The line on the worst of the wider kernels, if the bake has levels for them."""
-    worst, level = errors.get("wide_p99"), errors.get("wide_level")
-    if not isinstance(worst, float) or not isinstance(level, float):
-        return ()
-    return (f"large lamps: dE00 p99 {worst:.2f} at worst, at blur level {level:g}",)

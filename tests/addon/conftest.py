@@ -16,6 +16,22 @@ def first_engine(extension) -> str:
     return bpy.context.scene.render.engine
 
 
+@pytest.fixture(autouse=True)
+def _verbs_have_no_window(request, monkeypatch):
+    """Run the verbs without a window, as Blender does once a file is open."""
+    import bpy
+
+    if "addon" in request.fixturenames:
+        commands = request.getfixturevalue("addon").commands
+        execute = commands.execute
+
+        def without_window(argv):
+            with bpy.context.temp_override(window=None):
+                return execute(argv)
+
+        monkeypatch.setattr(commands, "execute", without_window)
+
+
 @pytest.fixture
 def scene(first_engine):
     """The scene, emptied except for a plane (selected, with its UV map) and a sun."""

@@ -88,6 +88,13 @@ def empty_blender(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempP
     return Blender(COMMANDS[request.param](), tmp_path_factory.mktemp("user"))
 
 
+@pytest.fixture(scope="module")
+def blender(empty_blender: Blender, built: dict[str, Path]) -> Blender:
+    """A Blender with the extension installed from its zip."""
+    empty_blender.run_script(Path(__file__).with_name("install.py"), built["linux_x64"])
+    return empty_blender
+
+
 @pytest.fixture
 def without_packages(tmp_path: Path) -> Callable[..., Blender]:
     """A function: a Blender whose Python has none of the packages with these import names. Of a bpy wheel it hides

@@ -21,6 +21,7 @@ ENDINGS = {
     "a file that is not there": (["no_such_file.blend"], 1, False),
     "an unknown option": (["--no-such-option"], 1, False),
     "an unknown command": (["--command", "no-such-command"], 1, False),
+    "a command after a file that is not there": (["no.blend", "--command", "extension", "no-such-verb"], 2, False),
     "a command's own status": (["--command", "extension", "no-such-verb"], 2, False),
 }
 

@@ -38,13 +38,6 @@ COUNT = 2 * 2
 
 
 @pytest.fixture(scope="module")
-def blender(empty_blender, built):
-    """A Blender with the extension installed from its zip."""
-    empty_blender.run_script(HERE / "install.py", built["linux_x64"])
-    return empty_blender
-
-
-@pytest.fixture(scope="module")
 def folder(blender, tmp_path_factory) -> Path:
     """A folder with the plane's file and the job."""
     folder = tmp_path_factory.mktemp("farm")

@@ -32,13 +32,6 @@ def saturation(picture: np.ndarray) -> np.ndarray:
     return (brightest - picture.min(axis=-1)) / np.maximum(brightest, 1e-9)
 
 
-@pytest.fixture(scope="module")
-def blender(empty_blender, built):
-    """A Blender with the extension installed from its zip."""
-    empty_blender.run_script(HERE / "install.py", built["linux_x64"])
-    return empty_blender
-
-
 def test_add_on_and_packages_are_those_of_the_zip(blender):
     blender.run_script(HERE / "check_installed.py")
 

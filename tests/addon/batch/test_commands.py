@@ -4,6 +4,7 @@
 import json
 import re
 import shutil
+import sys
 
 import bpy
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from PIL import Image
 
 from precompute.bake.cache_store import Cache
+from tests.printed_commands import PAGES, printed
 
 
 def fault(capfd, addon, *arguments) -> str:
@@ -48,6 +50,37 @@ def test_faults_are_one_line(addon, scene, baked, tmp_path, capfd):
     assert "no camera" in fault(capfd, addon, "render", "-o", tmp_path / "a.png")
     assert "see `" in fault(capfd, addon, "paint")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_verbs_understand_the_commands_that_pages_print(addon):
+    lines = [words for page in PAGES for words in printed(page) if words[0] == "blender" and "grating" in words]
+    for words in lines:
+        arguments = words[words.index("grating") + 1 :]
+        addon.commands.build_parser(arguments).parse_args(arguments)
+    assert len(lines) > 30
+
+
+def test_no_verb_runs_on_another_file_than_the_one_asked_for(addon, scene, tmp_path, capfd, monkeypatch):
+    """If Blender cannot open a file, it keeps the startup scene, or the file before it, and still runs the command."""
+    blend, missing, cut = (tmp_path / name for name in ("plane.blend", "missing.blend", "cut.blend1"))
+    bpy.ops.wm.save_as_mainfile(filepath=str(blend))
+    cut.write_bytes(blend.read_bytes()[:1000])
+    picture = tmp_path / "a.png"
+    for asked, why in (
+        ([missing], "missing.blend: there is no such file"),
+        ([blend, missing], "missing.blend: there is no such file"),
+        ([blend, cut], "cut.blend1: Blender did not open it"),
+        ([missing, "--python", "make.py"], "missing.blend: there is no such file"),
+    ):
+        words = ["blender", "--background", *map(str, asked), "--command", "grating"]
+        monkeypatch.setattr(sys, "argv", words)
+        for verb in (["render", "-o", picture], ["light-rig"], ["cache", "list"]):
+            assert why in fault(capfd, addon, *verb)
+    for asked in ([blend], [cut, "--python", "open_plane.py"], []):
+        monkeypatch.setattr(sys, "argv", ["blender", "--background", *map(str, asked), "--command", "x.blend"])
+        assert addon.commands.execute(["cache", "list"]) == 0
+    assert not picture.exists()
+    bpy.ops.wm.read_homefile(use_empty=True)
 
 
 def test_a_name_of_two_gratings_is_refused(addon, scene, grating):

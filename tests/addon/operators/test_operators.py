@@ -89,7 +89,7 @@ def test_bake_runs_and_is_recorded(scene, scan, tmp_path):
     grating = scene.natural_gratings.active()
     assert grating.bake_path == str(tmp_path / "waves.exr")
     assert grating.baked_file().is_file()
-    assert grating.bake_summary.startswith("dE00 ")
+    assert grating.bake_summary.startswith("colour error ")
 
 
 def test_a_bake_that_fails_tells_its_one_line(scene, scan, tmp_path):

@@ -127,4 +127,4 @@ def test_the_matter_of_a_scans_bake_comes_from_its_header(scene, mirror, addon):
     assert bpy.ops.grating.adopt() == {"FINISHED"}
     (made,) = gratings()
     assert (made.matter, made.source) == ("MIRROR", "") and "without waves.png" in made.summary
-    assert "dE00" in made.bake_summary
+    assert "colour error" in made.bake_summary

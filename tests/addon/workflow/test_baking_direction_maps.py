@@ -161,9 +161,10 @@ def test_resampling_is_told_of_frame_maps_too(scene, carrier, addon):
     assert bpy.data.images["Plane Half frame"] in addon.data_pictures._pictures()
 
 
-def test_the_command_line_bakes_and_saves(addon, scene, carrier, grating, tmp_path, capfd):
+def test_the_command_line_bakes_and_saves(addon, scene, carrier, grating, tmp_path, capfd, monkeypatch):
     blend, picture = tmp_path / "plane.blend", tmp_path / "plane.exr"
-    line = ["direction-map", "--object", "Plane", "--size", "32", "-o", str(picture), "--save", str(blend)]
+    monkeypatch.chdir(tmp_path)
+    line = ["direction-map", "--object", "Plane", "--size", "32", "-o", picture.name, "--save", str(blend)]
     assert addon.commands.execute(line) == 0
     assert blend.is_file() and picture.is_file() and grating.frame_kind == "FRAME_MAP"
     assert "no UV map Other" in fault(capfd, addon, "direction-map", "--object", "Plane", "--uv-map", "Other")

@@ -15,6 +15,7 @@ from precompute.bake.request import BakeRequest
 from precompute.bake.tiles import carry_out
 from precompute.base.progress import silent
 from precompute.measure.errors import Errors, measure
+from precompute.measure.stated_errors import stated_errors
 from precompute.measure.truths import draw_pairs
 from precompute.optics.region import Region
 
@@ -92,6 +93,13 @@ def test_a_bake_claims_the_worst_of_all_kernels():
     assert told["p99"] == made.errors.p99 and made.errors.p99_most <= 1
     assert (told["wide_p99"], told["wide_level"]) == (worst.errors.p99, worst.level)
     assert told["claim"] == max(made.errors.p99_most, made.errors.p99_of_w, worst.errors.p99_most)
+    small, large = (float(line.split()[4]) for line in stated_errors(told))
+    assert 0 <= small - made.errors.p99_most < 0.01 and 0 <= large - worst.errors.p99_most < 0.01
+
+
+def test_an_error_that_was_not_measured_is_not_stated():
+    assert stated_errors({"p99_most": 0.301, "wide_p99_most": None}) == ["colour error up to 0.31 under small lamps"]
+    assert stated_errors({"p99": 1.0, "p99_most": "x", "wide_p99_most": float("nan")}) == []
 
 
 def test_places_near_the_end_of_a_part_are_not_judged():

@@ -26,7 +26,9 @@ NID_CHANNELS = (
 )
 
 
-def nid_bytes(height_m, bits=32, signed=True, points=None, lines=None, channels=NID_CHANNELS, backward=None):
+def nid_bytes(
+    height_m, bits=32, signed=True, points=None, lines=None, channels=NID_CHANNELS, backward=None, pixel_m=PIXEL_M
+):
     """A .nid file with the heights in the forward Z-Axis, `backward` or the negated heights in the backward one, and
     zeros in other channels."""
     backward = -height_m if backward is None else backward
@@ -42,9 +44,9 @@ def nid_bytes(height_m, bits=32, signed=True, points=None, lines=None, channels=
             f"Lines={lines or rows}",
             f"Frame={frame}",
             "Dim0Unit=m",
-            f"Dim0Range={cols * PIXEL_M!r}",
+            f"Dim0Range={cols * pixel_m!r}",
             "Dim1Unit=m",
-            f"Dim1Range={rows * PIXEL_M!r}",
+            f"Dim1Range={rows * pixel_m!r}",
             f"Dim2Name={name}",
             f"Dim2Unit={unit}",
             "Dim2Range=8e-07",
