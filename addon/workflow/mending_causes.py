@@ -8,6 +8,7 @@ from mathutils import Vector
 
 from ...precompute.base.failure import GratingError
 from ..blender.window import has_window
+from ..blender.working_space import show_pure_colours
 from ..causes.lamp_causes import why_dark
 from ..causes.material_causes import set_number
 from ..causes.seen_light import WELL_LIT
@@ -22,8 +23,6 @@ from .finding_causes import views_of
 from .following_lamps import update_lamps
 
 _SAMPLES = 256
-# View transforms that keep saturated colours, the better one first.
-_PURE = ("Khronos PBR Neutral", "Standard")
 
 
 def mend_cause(context: bpy.types.Context, action: str) -> str:
@@ -141,13 +140,9 @@ def _exposure(context: bpy.types.Context) -> str:
 
 
 def _view_transform(context: bpy.types.Context) -> str:
-    for name in _PURE:
-        try:
-            context.scene.view_settings.view_transform = name  # type: ignore[assignment]  # the stubs list no names
-            return f"view transform: {name}"
-        except TypeError:  # the colour configuration lacks it
-            continue
-    raise GratingError("view transform", f"none of {' or '.join(_PURE)}", "choose another in Color Management")
+    if name := show_pure_colours(context.scene):
+        return f"view transform: {name}"
+    raise GratingError("view transform", "none is known to keep pure colours", "choose one in Color Management")
 
 
 def _samples(context: bpy.types.Context) -> str:
