@@ -26,3 +26,9 @@ def unregister() -> None:
     from . import addon
 
     addon.unregister()
+
+
+def glTF2ExportUserExtension() -> object:  # noqa: N802  the name by which Blender's glTF exporter finds the hooks
+    from .addon.workflow.exporting import GltfExport
+
+    return GltfExport()

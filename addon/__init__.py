@@ -59,7 +59,7 @@ from .ui import (
     preset_pictures,
     steps_panel,
 )
-from .workflow import handlers, previewing_levelling
+from .workflow import exporting, handlers, previewing_levelling
 
 # Registration order: a property group comes before the property groups that hold it.
 CLASSES = (
@@ -168,6 +168,7 @@ def register() -> None:
     for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
         after.append(remembered_bakes.recall_bakes)
     handlers.register()
+    exporting.register()
     _command = bpy.utils.register_cli_command("grating", _run_command)  # type: ignore[func-returns-value]  # the stubs say it returns None
     missing_packages.print_missing()
 
@@ -181,6 +182,7 @@ def unregister() -> None:
     previewing_levelling.stop()
     facts.stop()
     show_direction.set_shown(False)
+    exporting.unregister()
     handlers.unregister()
     for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
         after.remove(remembered_bakes.recall_bakes)

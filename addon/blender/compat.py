@@ -11,13 +11,6 @@ EEVEE_READS_VERTEX_GROUPS = bpy.app.version >= (5, 2, 0)
 EEVEE_EVALUATES_CONSTANTS = bpy.app.version >= (5, 2, 0)
 
 
-def working_space() -> str:
-    """The file's linear working space, named as in precompute.colour. Files can choose it from Blender 5.0 on."""
-    if bpy.app.version < (5, 0, 0):
-        return "Rec.709"
-    return bpy.data.colorspace.working_space.removeprefix("Linear ")  # type: ignore[attr-defined]  # since Blender 5.0
-
-
 def eevee_engine() -> str:
     """The identifier of the EEVEE engine, which changed in Blender 5.0."""
     return "BLENDER_EEVEE" if bpy.app.version >= (5, 0, 0) else "BLENDER_EEVEE_NEXT"

@@ -7,7 +7,7 @@ from typing import Any
 
 # Causes beside which nothing is wrong with the scene, and all that leave colours in the picture.
 HARMLESS = {"DIRECTION_MAP", "CROWDED", "SAMPLES", "VIEW_TRANSFORM"}
-_WARNINGS = {"FEW_COLOURS", *HARMLESS}
+_WARNINGS = {"FEW_COLOURS", "SCENE_LIGHTS", *HARMLESS}
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from ..blender.window import has_window
 
 def hidden_by(thing: bpy.types.Object, layer: bpy.types.ViewLayer) -> str:
     """What hides an object from the view layer's renders or, while a window is open, from its 3D views; else empty."""
-    ways = [way for way in _ways(layer.layer_collection, ()) if thing.name in way[-1].collection.objects]
+    ways = _ways_to(thing, layer)
     if thing.hide_render:
         return "is hidden in renders"
     if ways and all(any(held.exclude for held in way) for way in ways):
@@ -22,10 +22,24 @@ def hidden_by(thing: bpy.types.Object, layer: bpy.types.ViewLayer) -> str:
     return ""
 
 
+def held_out(thing: bpy.types.Object, layer: bpy.types.ViewLayer) -> str:
+    """What makes the view layer show an object as a hole, or only to other objects; else empty."""
+    if thing.holdout_get(view_layer=layer):
+        return "is a holdout" if thing.is_holdout else "is in a collection that the view layer holds out"
+    return "is in a collection of Indirect Only" if thing.indirect_only_get(view_layer=layer) else ""
+
+
+def end_holdout(thing: bpy.types.Object, layer: bpy.types.ViewLayer) -> None:
+    """Show an object as a surface in the view layer."""
+    thing.is_holdout = False
+    for *_, held in _ways_to(thing, layer):
+        held.holdout = held.indirect_only = False
+
+
 def show(thing: bpy.types.Object, layer: bpy.types.ViewLayer) -> None:
     """Show an object in renders and in 3D views."""
     thing.hide_render = thing.hide_viewport = False
-    ways = [way for way in _ways(layer.layer_collection, ()) if thing.name in way[-1].collection.objects]
+    ways = _ways_to(thing, layer)
     for held in ways[0] if ways else ():
         # A view layer's first collection, the scene's own, cannot be excluded.
         if held != layer.layer_collection:
@@ -35,6 +49,11 @@ def show(thing: bpy.types.Object, layer: bpy.types.ViewLayer) -> None:
     layer.update()
     if thing.name in layer.objects:
         thing.hide_set(False, view_layer=layer)
+
+
+def _ways_to(thing: bpy.types.Object, layer: bpy.types.ViewLayer) -> list[tuple[bpy.types.LayerCollection, ...]]:
+    """The chains of nested collections to each collection that holds an object."""
+    return [way for way in _ways(layer.layer_collection, ()) if thing.name in way[-1].collection.objects]
 
 
 def _ways(

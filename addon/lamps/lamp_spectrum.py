@@ -94,7 +94,7 @@ def take_spectrum(light: bpy.types.Light) -> None:
     stays, and the panel tells what is wrong with it. An emptied field leaves the lamp white if its colour came from
     here."""
     from ...precompute.colour.working_space import lamp_rgb
-    from ..blender import compat
+    from ..blender.working_space import working_space
 
     typed = getattr(light, FIELD)
     try:
@@ -112,7 +112,7 @@ def take_spectrum(light: bpy.types.Light) -> None:
     if is_black_body:
         light.temperature, light.color = int(text[:-1]), (1.0, 1.0, 1.0)
     else:
-        light[_COLOURED], light.color = True, lamp_rgb(compat.working_space(), text).tolist()
+        light[_COLOURED], light.color = True, lamp_rgb(working_space(), text).tolist()
 
 
 def fault_of(light: bpy.types.Light) -> GratingError | None:

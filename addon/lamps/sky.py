@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING
 import bpy
 
 from ..blender import stored
+from ..blender.working_space import working_space
 from .sky_keys import key_values, remove_keys
 
 if TYPE_CHECKING:
@@ -89,9 +90,8 @@ def _keys(frames: Mapping[int, Sequence[_Values]], index: int, what: str) -> Ite
 def _row(rgb: Sequence[float]) -> float:
     """The row of a light's colour in the table of lamps."""
     from ...precompute.colour.lamp_table import nearest_row
-    from ..blender import compat
 
-    return nearest_row(rgb, compat.working_space())
+    return nearest_row(rgb, working_space())
 
 
 def _values(source: Source) -> _Values:

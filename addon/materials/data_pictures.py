@@ -8,6 +8,7 @@ import bpy
 
 from ..blender import compat, mesa
 from ..blender.window import has_window
+from ..blender.working_space import unknown_space
 from ..direction.tangent_frame import frame_maps_in
 from .group_properties import diffraction_groups
 from .response import in_other_spaces, responses_in
@@ -20,7 +21,7 @@ def wrong_colours(scene: bpy.types.Scene) -> list[str]:
         return []
     from .lost_parts import lost
 
-    return resampled_pictures(scene) + in_other_spaces(groups) + lost(groups)
+    return resampled_pictures(scene) + unknown_space() + in_other_spaces(groups) + lost(groups)
 
 
 def resampled_pictures(scene: bpy.types.Scene) -> list[str]:

@@ -54,10 +54,24 @@ def _objects_with(materials: set[bpy.types.Material]) -> set[bpy.types.Object]:
 def boxes_showing(scene: bpy.types.Scene) -> np.ndarray:
     """The bounding boxes (n, 2, 3) of the scene's objects that show diffraction: minimum and maximum corners in world
     space. Objects that appear only in collection instances are left out."""
-    shown = _objects_with(_materials_of(set(diffraction_groups())))
-    things = shown & set(scene.collection.all_objects) if shown else ()
-    corners = np.array([_corners(thing) for thing in things]).reshape(-1, 8, 3)
+    corners = np.array([_corners(thing) for thing in _showing(scene)]).reshape(-1, 8, 3)
     return np.stack([corners.min(axis=1), corners.max(axis=1)], axis=1)
+
+
+def outside_light_groups(scene: bpy.types.Scene) -> list[str]:
+    """One warning line if the scene has light groups and objects whose diffraction is in none of them. Diffraction is
+    emission to Cycles, which files it under the light group of the object, not of the lamp."""
+    if scene.render.engine != "CYCLES" or not any(layer.lightgroups for layer in scene.view_layers):
+        return []
+    outside = sorted((thing for thing in _showing(scene) if not thing.lightgroup), key=lambda thing: thing.name)
+    remedy = "give the object a light group of its own (Object > Shading)"
+    return [f"no light group has the diffraction of {listed(outside)}; {remedy}"] if outside else []
+
+
+def _showing(scene: bpy.types.Scene) -> set[bpy.types.Object]:
+    """The scene's objects that show diffraction."""
+    shown = _objects_with(_materials_of(set(diffraction_groups())))
+    return shown & set(scene.collection.all_objects) if shown else shown
 
 
 def _corners(thing: bpy.types.Object) -> np.ndarray:

@@ -10,7 +10,8 @@ import numpy as np
 
 from ...precompute.colour.channels import channel_count
 from ...precompute.colour.lamp_table import lamp_table, lamps_of_table
-from ..blender import compat, stored
+from ..blender import stored
+from ..blender.working_space import working_space
 from ..lamps.lamp_spectrum import FURTHER_MAX, further_spectra
 from ..nodes.builder import Tree, Value
 from .gamut_nodes import shown_under_lamp
@@ -57,7 +58,7 @@ def _tables_of(group: bpy.types.NodeTree) -> set[bpy.types.Image]:
 
 def _renew(image: bpy.types.Image, illuminant: str) -> bool:
     """Fill a table if the lamps of the file or its working space have changed. Return whether they have."""
-    further, space = further_spectra(), compat.working_space()
+    further, space = further_spectra(), working_space()
     digest = hashlib.sha256("\n".join((illuminant, *further)).encode()).hexdigest()
     content = f"lamps {space} {digest}"
     if stored.text(image, _CONTENT) == content:

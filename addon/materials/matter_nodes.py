@@ -8,7 +8,8 @@ import numpy as np
 
 from ...precompute.optics.plate import NO_PLATE, PLATE_IOR_MAX
 from ...precompute.reflectance.matter import Matter
-from ..blender import compat, stored
+from ..blender import stored
+from ..blender.working_space import working_space
 from ..nodes.builder import Tree, Value
 from .plate_nodes import Plate
 
@@ -29,7 +30,7 @@ def note_matter(group: bpy.types.NodeTree, matter: Matter, illuminant: str) -> N
     if matter.baked:
         from ...precompute.colour.smooth_colour import smooth_colour  # a dielectric does not need it
 
-        colours = smooth_colour(matter, _COSINES, space=compat.working_space(), illuminant=illuminant)
+        colours = smooth_colour(matter, _COSINES, space=working_space(), illuminant=illuminant)
         group[_COLOURS] = colours.ravel().tolist()
 
 

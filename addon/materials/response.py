@@ -19,7 +19,8 @@ import bpy
 
 from ...precompute.optics.fresnel import KERATIN_IOR
 from ...precompute.optics.small_slope import IOR_MAX
-from ..blender import compat, stored
+from ..blender import stored
+from ..blender.working_space import working_space
 from ..nodes.builder import Operand, Tree, Value
 from ..nodes.interface import INPUT, Socket, has_sockets, sockets_of
 
@@ -169,12 +170,12 @@ class WorldAnswer:
 def note_working_space(response: Response) -> None:
     """Store the linear space of a response's colours. Nodes hold the colours as numbers, which do not change if Blender
     converts the file to another space or if the group is linked into a file with another space."""
-    response.group[_SPACE] = compat.working_space()
+    response.group[_SPACE] = working_space()
 
 
 def in_other_spaces(groups: Iterable[bpy.types.NodeTree]) -> list[str]:
     """One warning line for each Diffraction group whose colours are in another linear space than the file."""
-    now = compat.working_space()
+    now = working_space()
     lines = []
     for group in groups:
         made = {stored.text(response.group, _SPACE) for response in responses_in(group) if is_in_other_space(response)}
@@ -186,7 +187,7 @@ def in_other_spaces(groups: Iterable[bpy.types.NodeTree]) -> list[str]:
 
 def is_in_other_space(response: Response) -> bool:
     """Whether a response's colours are in another linear space than the file's."""
-    now = compat.working_space()
+    now = working_space()
     return stored.text(response.group, _SPACE, now) != now
 
 

@@ -8,10 +8,9 @@ import bpy
 from mathutils import Vector
 
 from ..blender import compat
+from ..blender.working_space import show_pure_colours
 from .things import add_floor
 
-# Keeps white, and the hue of saturated light: Standard would clip it, AgX would desaturate it.
-VIEW_TRANSFORM = "Khronos PBR Neutral"
 _SAMPLES, _VIEWPORT_SAMPLES = 64, 32
 _SIZE = 1280, 720
 
@@ -97,7 +96,7 @@ def set_stage(scene: bpy.types.Scene, stage: Stage) -> None:
     scene.cycles.samples, scene.cycles.preview_samples = _SAMPLES, _VIEWPORT_SAMPLES
     scene.cycles.use_denoising = scene.cycles.use_preview_denoising = True
     scene.cycles.max_bounces = 6
-    scene.view_settings.view_transform = VIEW_TRANSFORM  # type: ignore[assignment]  # the stubs list no names
+    show_pure_colours(scene)
     scene.view_settings.exposure = stage.exposure
 
 

@@ -62,7 +62,7 @@ class SceneFacts:
     world     how the world lights it; empty if there is nothing to report
     has_frames   whether the frames of an animated world are fitted
     dark_disc    whether the engine draws the world's sky without its sun disc
-    features  a line for each feature of a lamp that diffraction does not follow
+    features  a line for each feature of lamps that diffraction does not follow
     instanced names of lamps that only instances show
     wrong     a line for each cause of wrong colours"""
 
@@ -192,13 +192,15 @@ def _find(scene: bpy.types.Scene, layer: str, depsgraph: bpy.types.Depsgraph) ->
 def _of_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> SceneFacts:
     strays: tuple[str, ...] = ()
     linked: tuple[str, ...] = ()
+    ungrouped: list[str] = []
     if any(map(is_diffraction, bpy.data.node_groups)):  # most files need no more than this
-        from ..materials.group_users import linked_strays
+        from ..materials.group_users import linked_strays, outside_light_groups
         from ..materials.group_users import strays as strays_of
 
         found = strays_of(scene)
         strays = tuple(group.name for group in found if group.library is None)
         linked = tuple(map(str, linked_strays(scene, found)))
+        ungrouped = outside_light_groups(scene)
     followed = followed_lamps(scene)
     lamps = followed or brightest(scene)
     others = sorted((lamp for lamp in lamps_of(scene) if lamp not in lamps), key=lambda lamp: lamp.name)
@@ -216,7 +218,7 @@ def _of_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> SceneFa
         world=_world(scene),
         has_frames=bool(fitted_frames(scene)),
         dark_disc=scene.render.engine == compat.eevee_engine() and sky_with_disc(scene.world) is not None,
-        features=tuple(unfollowed_features(scene, lamps) + linked_with_fewer_lamps(scene)),
+        features=(*unfollowed_features(scene, lamps), *linked_with_fewer_lamps(scene), *ungrouped),
         instanced=tuple(instanced_lamps(depsgraph)),
         wrong=tuple(wrong_colours(scene)),
     )

@@ -14,8 +14,8 @@ from ...precompute.colour.working_space import lamp_line
 from ...precompute.measure.stated_errors import stated_errors
 from ...precompute.surface.height_map import is_synthetic
 from ...precompute.surface.steps.pipeline import WARNING
-from ..blender import compat
 from ..blender.paths import own_path
+from ..blender.working_space import working_space
 from ..gratings.cache_folder import bakes_folder
 from ..gratings.grating import Grating, request_record
 from ..gratings.remembered_bakes import asked, note_bake
@@ -91,14 +91,14 @@ def warnings_of(facts: dict[str, Any]) -> list[str]:
     return [line.removeprefix(WARNING) for line in facts.get("levelling", ()) if line.startswith(WARNING)]
 
 
-def shown_lines(spaces: dict[str, dict[str, float]], working_space: str) -> list[str]:
+def shown_lines(spaces: dict[str, dict[str, float]], space: str) -> list[str]:
     """What a file's working space does to a bake's colours, and the space that would show them better."""
-    found = spaces.get(working_space)
+    found = spaces.get(space)
     if found is None or found["p50"] < _TOLD_DELTA_E or found["outside"] < _TOLD_SHARE:
         return []
-    lines = [f"{working_space} lacks {found['outside']:.0%} of its colours: dE00 {found['p50']:.0f} as shown"]
+    lines = [f"{space} lacks {found['outside']:.0%} of its colours: dE00 {found['p50']:.0f} as shown"]
     better = min(spaces, key=lambda space: spaces[space]["p50"] * spaces[space]["outside"])
-    if better != working_space and spaces[better]["p50"] < _TOLD_DELTA_E:
+    if better != space and spaces[better]["p50"] < _TOLD_DELTA_E:
         lines.append(f"working space {better}: dE00 {spaces[better]['p50']:.0f}")
     return lines
 
@@ -115,8 +115,8 @@ def record_bake(grating: Grating, facts: dict[str, Any], request: BakeRequest, *
     summary = [
         *stated_errors(facts["delta_e"]),
         f"coherence {facts['coherence_um']:.0f} um",
-        *filter(None, [lamp_line(compat.working_space(), request.illuminant)]),
-        *shown_lines(facts.get("shown", {}), compat.working_space()),
+        *filter(None, [lamp_line(working_space(), request.illuminant)]),
+        *shown_lines(facts.get("shown", {}), working_space()),
         f"{facts['tiles']} look-ups",
         f"{facts['blender_bytes'] / 2**20:.0f} MiB",
         *(["for this scene only"] if grating.for_scene else []),

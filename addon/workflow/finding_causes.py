@@ -13,7 +13,16 @@ from ..cameras.view_rays import ViewPixels
 from ..causes.bake_causes import before_assigning, lost_parts, unlinked
 from ..causes.cause import HARMLESS, Cause
 from ..causes.direction_causes import lacking_direction
-from ..causes.display_causes import dark_exposure, few_samples, greying_transform, hidden_objects, unshaded_view
+from ..causes.display_causes import (
+    dark_exposure,
+    few_samples,
+    greying_transform,
+    hidden_objects,
+    layer_settings,
+    lights_off,
+    other_pass,
+    unshaded_view,
+)
 from ..causes.lamp_causes import dark_lamps, has_other_light
 from ..causes.material_causes import hiding_inputs, unsuited_period
 from ..causes.seen_causes import Seen, badly_lit, few_colours, outside_bake, seen, shaded, unseen
@@ -64,11 +73,15 @@ def findings(context: bpy.types.Context) -> Findings:
 
 def _settled(context: bpy.types.Context, subject: Subject) -> list[Cause]:
     """The causes that settings alone tell."""
+    views = views_of(context)
     return [
         *lost_parts(subject),
         *unlinked(subject),
         *hidden_objects(subject),
-        *unshaded_view(views_of(context)),
+        *layer_settings(subject.layer),
+        *unshaded_view(views),
+        *other_pass(subject.scene, views),
+        *lights_off(subject, views),
         *hiding_inputs(subject),
         *unsuited_period(subject),
         *dark_exposure(subject.scene),

@@ -18,6 +18,7 @@ import bpy
 from ...precompute.base.failure import GratingError
 from ..blender import compat
 from ..blender.guard import guarded
+from ..blender.working_space import working_space
 from ..lamps.sky import (
     SOURCES_MAX,
     fitted_frames,
@@ -81,7 +82,7 @@ def forget_worlds_of(changed: set[bpy.types.ID]) -> None:
 def world_is_known(scene: bpy.types.Scene) -> bool:
     """Whether the facts about the scene's world are up to date, as far as Blender reports changes."""
     known = _known.get(scene.name_full)
-    return known is not None and (known.world, known.space) == (_address(scene.world), compat.working_space())
+    return known is not None and (known.world, known.space) == (_address(scene.world), working_space())
 
 
 def world_is_fitted(scene: bpy.types.Scene) -> bool:
@@ -266,7 +267,7 @@ def _found_world(scene: bpy.types.Scene) -> _Known:
         read = set()
         text = fingerprint(world, read)
     blocks = frozenset(map(_address, followed | read))
-    found = _Known(_address(world), compat.working_space(), text, blocks)
+    found = _Known(_address(world), working_space(), text, blocks)
     _known[scene.name_full] = found
     return found
 

@@ -70,6 +70,8 @@ def add_sun(scene: bpy.types.Scene) -> bpy.types.Object:
 def warnings_about(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[str]:
     """Warnings about lamps and their features that diffraction does not follow, and about settings that give wrong
     colours."""
+    from ..materials.group_users import outside_light_groups  # Blender's start does not need it
+
     counted = counted_lamps(scene)
     lines = []
     if not counted and needs_lamps():
@@ -77,6 +79,7 @@ def warnings_about(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> li
         remedy = "keep one in" if lamps_of(scene) else "add a sun"
         lines = [f"scene {scene.name}: {which}, so with Lamps Only the diffraction is black; {remedy}"]
     lines += unfollowed_features(scene, counted) + unfitted_world(scene)
-    lines += linked_with_fewer_lamps(scene) + wrong_colours(scene) + _lines_on_spectra(scene)
+    lines += linked_with_fewer_lamps(scene) + outside_light_groups(scene)
+    lines += wrong_colours(scene) + _lines_on_spectra(scene)
     instanced = instanced_lamps(depsgraph)
     return [*lines, instances_are_not_followed(instanced)] if instanced else lines

@@ -10,7 +10,7 @@ from ...precompute.base.failure import GratingError, printable
 from ...precompute.colour.working_space import rgb_from_xyz
 from ...precompute.methods.dft_layout import read_sound_layout
 from ...precompute.table.atlas_file import read_header
-from ..blender import compat
+from ..blender.working_space import working_space
 from ..gratings.cache_folder import cache_folder
 from ..gratings.grating import Grating
 from ..jobs.child import Job
@@ -38,7 +38,7 @@ def write_images(grating: Grating, method: str) -> Path:
 def reference_from_images(scene: bpy.types.Scene, path: Path) -> bpy.types.Material:
     """Make a new material that evaluates a method from its file of DFT images, lit by the scene's lamps. Raises
     GratingError, with nothing changed, if the file holds no DFT images or the shader does not compile."""
-    matrix = rgb_from_xyz(compat.working_space(), read_sound_layout(path).illuminant)
+    matrix = rgb_from_xyz(working_space(), read_sound_layout(path).illuminant)
     name = printable(path.stem)
     return _material_of(scene, name, build_osl_response(name, path, matrix))
 
@@ -47,7 +47,7 @@ def reference_from_bake(scene: bpy.types.Scene, path: Path) -> bpy.types.Materia
     """Make a new material whose shader reads a bake's file, lit by the scene's lamps. Raises GratingError, with nothing
     changed, if the file is not a bake or the shader does not compile."""
     layout, _ = read_header(path)
-    matrix = rgb_from_xyz(compat.working_space(), layout.illuminant)
+    matrix = rgb_from_xyz(working_space(), layout.illuminant)
     name = printable(path.stem)
     return _material_of(scene, name, build_osl_direct(name, path, layout, rgb_from_xyz=matrix))
 

@@ -2,16 +2,18 @@
 """The actions that remove causes of missing colours."""
 
 from collections.abc import Callable
+from typing import Any
 
 import bpy
 from mathutils import Vector
 
 from ...precompute.base.failure import GratingError
 from ..blender.window import has_window
+from ..blender.working_space import show_pure_colours
 from ..causes.lamp_causes import why_dark
 from ..causes.material_causes import set_number
 from ..causes.seen_light import WELL_LIT
-from ..causes.shown_things import show
+from ..causes.shown_things import end_holdout, show
 from ..causes.subject import Subject, subject_of
 from ..lamps.find import COUNTS, lamps_of
 from ..lamps.strength import irradiances
@@ -22,8 +24,6 @@ from .finding_causes import views_of
 from .following_lamps import update_lamps
 
 _SAMPLES = 256
-# View transforms that keep saturated colours, the better one first.
-_PURE = ("Khronos PBR Neutral", "Standard")
 
 
 def mend_cause(context: bpy.types.Context, action: str) -> str:
@@ -80,6 +80,7 @@ def _show_objects(context: bpy.types.Context) -> str:
     for thing in subject.things:
         show(thing, subject.layer)
         thing.visible_camera = True
+        end_holdout(thing, subject.layer)
     return f"shown: {_names(subject.things)}"
 
 
@@ -97,12 +98,34 @@ def _aim_camera(context: bpy.types.Context) -> str:
     return f"{camera.name}: turned to {thing.name}"
 
 
-def _rendered(context: bpy.types.Context) -> str:
+def _shading(context: bpy.types.Context) -> Any:
+    """The shading of the 3D view that the artist looks at. Raises GratingError without one."""
     views = views_of(context)
     if not views:
         raise GratingError("screen", "no 3D view on it", "open one")
-    views[0].shading.type = "RENDERED"
+    return views[0].shading
+
+
+def _rendered(context: bpy.types.Context) -> str:
+    _shading(context).type = "RENDERED"
     return "the 3D view shows Rendered shading"
+
+
+def _render_pass(context: bpy.types.Context) -> str:
+    shading = _shading(context)
+    shading.render_pass = shading.cycles.render_pass = "COMBINED"
+    return "the 3D view shows the pass Combined"
+
+
+def _scene_lights(context: bpy.types.Context) -> str:
+    _shading(context).use_scene_lights_render = True
+    return "the 3D view shows the scene's lights"
+
+
+def _view_layer(context: bpy.types.Context) -> str:
+    layer = context.view_layer
+    layer.material_override, layer.use_solid = None, True
+    return f"view layer {layer.name}: shows the objects' own materials"
 
 
 def _connect(context: bpy.types.Context) -> str:
@@ -141,13 +164,9 @@ def _exposure(context: bpy.types.Context) -> str:
 
 
 def _view_transform(context: bpy.types.Context) -> str:
-    for name in _PURE:
-        try:
-            context.scene.view_settings.view_transform = name  # type: ignore[assignment]  # the stubs list no names
-            return f"view transform: {name}"
-        except TypeError:  # the colour configuration lacks it
-            continue
-    raise GratingError("view transform", f"none of {' or '.join(_PURE)}", "choose another in Color Management")
+    if name := show_pure_colours(context.scene):
+        return f"view transform: {name}"
+    raise GratingError("view transform", "none is known to keep pure colours", "choose one in Color Management")
 
 
 def _samples(context: bpy.types.Context) -> str:
@@ -170,6 +189,9 @@ ACTIONS: dict[str, Callable[[bpy.types.Context], str]] = {
     "AIM_CAMERA": _aim_camera,
     "NO_SHADOWS": _no_shadows,
     "RENDERED": _rendered,
+    "RENDER_PASS": _render_pass,
+    "SCENE_LIGHTS": _scene_lights,
+    "VIEW_LAYER": _view_layer,
     "CONNECT": _connect,
     "GIVE_FACES": _give_faces,
     "STRENGTH": _reset("Strength"),

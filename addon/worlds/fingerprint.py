@@ -12,6 +12,7 @@ import numpy as np
 
 from ..blender import compat
 from ..blender.paths import absolute
+from ..blender.working_space import working_space
 
 # Properties of all nodes, such as their place in the editor; of these, only muting changes the light.
 _OF_ALL_NODES = {own.identifier for own in bpy.types.Node.bl_rna.properties} - {"mute"}
@@ -31,7 +32,7 @@ def fingerprint(world: bpy.types.World, blocks: set[bpy.types.ID] | None = None)
     fingerprint depends on to `blocks`."""
     seen = set() if blocks is None else blocks
     seen.add(world)
-    facts = [compat.working_space(), tuple(world.color), world.cycles_visibility.glossy]
+    facts = [working_space(), tuple(world.color), world.cycles_visibility.glossy]
     facts += _tree_facts(compat.world_nodes(world), seen)
     return hashlib.sha256(repr(facts).encode()).hexdigest()
 

@@ -11,7 +11,7 @@ from ....precompute.colour.working_space import rgb_from_xyz
 from ....precompute.table.atlas_file import matter_in, read_sound_header
 from ....precompute.table.sample_set import path_beside
 from ....precompute.table.sample_set import read_sound_header as read_sound_set_header
-from ...blender import compat
+from ...blender.working_space import working_space
 from ..lamp_errors import note_lamp_errors
 from ..lamp_table_nodes import lamp_table_image
 from ..lobes.lobes_group import build_world_group
@@ -37,7 +37,7 @@ def direct_response(path: Path) -> Response:
         if any(record[key] != draws_record[key] for key in _OF_A_BAKE if key in record and key in draws_record):
             raise GratingError(draws_path, f"of another bake than {path.name}", "bake again, or delete it")
     image = load_atlas(path, half=record.get("precision") != "float32")
-    matrix = rgb_from_xyz(compat.working_space(), layout.illuminant)
+    matrix = rgb_from_xyz(working_space(), layout.illuminant)
     name = printable(path.stem)
     lamps = lamp_table_image(layout.illuminant) if layout.triples > 1 else None
     response = build_direct_group(name, image, layout, rgb_from_xyz=matrix, lamp_table=lamps)

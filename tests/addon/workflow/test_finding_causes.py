@@ -84,6 +84,14 @@ def set_lamp(**values):
     return change
 
 
+def set_layer(**values):
+    return lambda thing: [setattr(bpy.context.view_layer, name, value) for name, value in values.items()]
+
+
+def hold_out_collection(thing):
+    into_collection(thing).holdout = True
+
+
 def expose(stops):
     return lambda thing: setattr(bpy.context.scene.view_settings, "exposure", stops)
 
@@ -96,6 +104,13 @@ CAUSES = {
     "hidden object": (lambda thing: setattr(thing, "hide_render", True), "HIDDEN"),
     "object hidden from the camera": (lambda thing: setattr(thing, "visible_camera", False), "HIDDEN"),
     "excluded object": (exclude_object, "HIDDEN"),
+    "holdout": (lambda thing: setattr(thing, "is_holdout", True), "HIDDEN"),
+    "collection held out": (hold_out_collection, "HIDDEN"),
+    "material override": (
+        lambda thing: set_layer(material_override=bpy.data.materials.new("Clay"))(thing),
+        "VIEW_LAYER",
+    ),
+    "no surfaces": (set_layer(use_solid=False), "VIEW_LAYER"),
     "strength": (set_input("Strength", 0.0), "STRENGTH"),
     "base blend": (set_input("Base Blend", 1.0), "BASE_BLEND"),
     "height scale": (set_input("Height Scale", 0.0), "HEIGHT_SCALE"),

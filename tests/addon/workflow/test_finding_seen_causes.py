@@ -107,6 +107,28 @@ def test_a_3d_view_that_shows_no_materials(addon, colourful, window, shading):  
     assert window.shading.type == "RENDERED" and kinds(addon) == []
 
 
+@pytest.mark.parametrize("engine", ["CYCLES", "EEVEE"])
+def test_a_3d_view_that_shows_another_pass(addon, scene, colourful, window, engine):  # noqa: F811
+    in_cycles = engine == "CYCLES"
+    scene.render.engine = engine if in_cycles else addon.compat.eevee_engine()
+    window.shading.type = "RENDERED"
+    (window.shading.cycles if in_cycles else window.shading).render_pass = "NORMAL"
+    (cause,) = found(addon)
+    assert cause.sentence == "The 3D view shows the render pass Normal instead of Combined."
+    press(cause.button)
+    assert kinds(addon) == []
+
+
+@pytest.mark.parametrize(("lights", "kind"), [("LAMPS", "SCENE_LIGHTS"), ("ALL", "NO_SCENE_LIGHTS")])
+def test_a_3d_view_without_the_scenes_lamps(addon, colourful, window, lights, kind):  # noqa: F811
+    bpy.ops.grating.lights(lights=lights)
+    window.shading.type, window.shading.use_scene_lights_render = "RENDERED", False
+    first = found(addon)[0]
+    assert first.kind == kind and first.is_warning == (lights == "LAMPS")
+    press(first.button)
+    assert kind not in kinds(addon)
+
+
 def test_a_lamp_hidden_by_its_eye(addon, colourful, window):  # noqa: F811
     sun().hide_set(True)
     (cause,) = found(addon)

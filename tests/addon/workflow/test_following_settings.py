@@ -60,7 +60,7 @@ def test_of_scenes_that_share_a_material_the_present_ones_settings_count(addon, 
 def test_colours_of_another_working_space_are_told(addon, scene, grating, nodes, monkeypatch):
     nodes()
     assert addon.data_pictures.wrong_colours(scene) == []
-    monkeypatch.setattr(addon.compat, "working_space", lambda: "ACEScg")
+    monkeypatch.setattr(addon.response, "working_space", lambda: "ACEScg")
     (told,) = addon.data_pictures.wrong_colours(scene)
     assert "its colours are of Rec.709, and the file's of ACEScg; bake or assign it again" in told
     assert bpy.ops.grating.assign() == {"FINISHED"}

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Exported files hold a material's base and nothing of a bake; the scene is left as it was."""
+
+import json
+
+import bpy
+import pytest
+
+from tests.addon.colourful import node_of
+
+
+@pytest.fixture
+def textured(watched):
+    """A plane with a grating, whose base has a colour of its own."""
+    node_of(watched).inputs["Base"].links[0].from_node.inputs["Base Color"].default_value = (0.5, 0.25, 0.125, 1)
+    return watched
+
+
+def test_gltf_has_the_base_and_no_light(textured, tmp_path, capfd):
+    import addon_utils  # importable only after bpy
+
+    addon_utils.enable("io_scene_gltf2", default_set=True)
+    bpy.ops.export_scene.gltf(filepath=str(tmp_path / "plane.gltf"), export_format="GLTF_SEPARATE")
+    file = json.loads((tmp_path / "plane.gltf").read_text())
+    (material,) = file["materials"]
+    assert material["pbrMetallicRoughness"]["baseColorFactor"] == pytest.approx((0.5, 0.25, 0.125, 1))
+    assert not {"images", "textures"} & file.keys()
+    assert not [key for key in material if key.startswith("emissive")]
+    assert not node_of(textured).mute
+    assert "Diffraction stays in Blender. The file has the base material of Diffraction waves" in capfd.readouterr().out
+
+
+def test_failed_gltf_shows_the_diffraction_again(textured, addon, monkeypatch):
+    later = []
+    monkeypatch.setattr(bpy.app.timers, "register", later.append)
+    addon.exporting.GltfExport().pre_export_hook({})
+    assert node_of(textured).mute
+    later[0]()
+    assert not node_of(textured).mute
+
+
+def test_usd_has_no_network_of_the_diffraction(textured, tmp_path):
+    if not hasattr(bpy.types, "USDHook"):
+        pytest.skip("this Blender was built without USD")
+    bpy.ops.wm.usd_export(filepath=str(tmp_path / "plane.usda"), generate_materialx_network=True)
+    text = (tmp_path / "plane.usda").read_text()
+    assert "UsdPreviewSurface" in text and "(0.5, 0.25, 0.125)" in text
+    assert "ND_" not in text and "mtlx:surface" not in text
