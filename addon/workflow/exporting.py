@@ -6,6 +6,7 @@ from typing import Any
 
 import bpy
 
+from ..blender.guard import guarded
 from ..materials.material import diffraction_nodes
 
 
@@ -41,6 +42,7 @@ class GltfExport:
         if self._names:
             read[-1]["log"].warning(left_behind(list(self._names)), popup=True)
 
+    @guarded
     def _unmute(self) -> None:
         while self._muted:
             self._muted.pop().mute = False

@@ -41,7 +41,9 @@ def test_every_method_that_draws_or_follows_is_guarded():
 def test_every_timer_and_persistent_handler_is_guarded():
     found = set()
     for path, tree in sources():
+        owners = [node for node in tree.body if isinstance(node, ast.ClassDef)]
         functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
+        functions |= {f"self.{node.name}": node for each in owners for node in each.body if hasattr(node, "name")}
         called = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
         taken = {ast.unparse(call.args[0]) for call in called if ast.unparse(call.func).endswith(TAKERS)}
         taken |= {name for name, function in functions.items() if "persistent" in decorators(function)}
