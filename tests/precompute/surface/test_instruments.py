@@ -212,11 +212,13 @@ def test_an_asylum_wave_without_units_is_in_metres(tmp_path, fails):
     assert "no channel holds heights ('Height trace' carries no unit" in fails("igor.ibw", bytes(bare))
 
 
-@pytest.mark.parametrize("start", [b"\\*Force file list", None])
-def test_nanoscope_force_curves_are_told_to_be_no_image(fails, start):
+@pytest.mark.parametrize(
+    "before, after", [(b"\\*File list\r", b"\\*Force file list\r"), (b"OL2BIG", b"FOL2BG"), (b"OL2BIG", b"OL2VAR")]
+)
+def test_nanoscope_curves_are_told_to_be_no_image(fails, before, after):
+    """Force curves, and the profiles of unequal lengths of Deep Trench."""
     whole = instruments.nanoscope(HEIGHTS, PIXEL_M)
-    spoiled = whole.replace(b"\\*File list\r", start + b"\r", 1) if start else whole.replace(b"OL2BIG", b"FOL2BG", 1)
-    assert "holds curves" in fails("curves.spm", spoiled)
+    assert "holds curves" in fails("curves.spm", whole.replace(before, after, 1))
 
 
 def test_nanoscope_lengths_need_no_sensitivity(tmp_path):
@@ -229,10 +231,10 @@ def test_nanoscope_lengths_need_no_sensitivity(tmp_path):
 
 @pytest.mark.parametrize(
     "scan_size, sides_um",
-    [("\\Scan Size: 2 1 ~m", (1.0, 2.0)), ("\\Scan Size: 500 nm", (0.3, 0.5)), ("\\Scan Size: 5000 \xc5", (0.3, 0.5))],
+    [("\\Scan Size: 2 1 ~m", (1.0, 2.0)), ("\\Scan Size: 500 nm", (0.5, 0.5)), ("\\Scan Size: 5000 \xc5", (0.5, 0.5))],
 )
 def test_nanoscope_scan_sizes(tmp_path, scan_size, sides_um):
-    """Width before height; one number means square pixels: 24 rows of 40 columns."""
+    """Width before height; one number is both."""
     whole = instruments.nanoscope(HEIGHTS, PIXEL_M)
     start = whole.index(b"\\Scan Size")
     length = whole.index(b"\r", start) - start
