@@ -130,10 +130,9 @@ def _grid(entries: dict[str, str], common: dict[str, str]) -> tuple[tuple[int, i
     length, shapes = int(entries["data length"]), (_declared(entries), _scanned(entries, common))
     version = _VERSION.match(common.get("version", ""))
     usual = 4 if version and int(version[0], 16) >= _OF_32_BITS else 2
-    for nbytes in (usual, 6 - usual):
-        for shape in shapes:
-            if length == nbytes * math.prod(shape):
-                return shape, nbytes
+    for shape, nbytes in ((shapes[0], usual), (shapes[1], usual), (shapes[0], 6 - usual)):
+        if length == nbytes * math.prod(shape):
+            return shape, nbytes
     fitting = [shape for shape in shapes if length > usual * math.prod(shape)]
     if not fitting:
         raise ValueError(f"{length} bytes for {shapes[0][0]} x {shapes[0][1]} values")

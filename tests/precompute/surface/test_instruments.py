@@ -212,37 +212,6 @@ def test_an_asylum_wave_without_units_is_in_metres(tmp_path, fails):
     assert "no channel holds heights ('Height trace' carries no unit" in fails("igor.ibw", bytes(bare))
 
 
-@pytest.mark.parametrize(
-    "before, after", [(b"\\*File list\r", b"\\*Force file list\r"), (b"OL2BIG", b"FOL2BG"), (b"OL2BIG", b"OL2VAR")]
-)
-def test_nanoscope_curves_are_told_to_be_no_image(fails, before, after):
-    """Force curves, and the profiles of unequal lengths of Deep Trench."""
-    whole = instruments.nanoscope(HEIGHTS, PIXEL_M)
-    assert "holds curves" in fails("curves.spm", whole.replace(before, after, 1))
-
-
-def test_nanoscope_lengths_need_no_sensitivity(tmp_path):
-    whole = instruments.nanoscope(HEIGHTS, PIXEL_M)
-    bare = whole.replace(b"V [Sens. ZsensSens] (0.0001 V/LSB) 2 V", b"V (0.0001 nm/LSB) 800 nm              ")
-    np.testing.assert_allclose(
-        read_height_map(write(tmp_path, "bare.spm", bare)).height_m, HEIGHTS, rtol=1e-12, atol=SPAN_M / 2**17 * 1.001
-    )
-
-
-@pytest.mark.parametrize(
-    "scan_size, sides_um",
-    [("\\Scan Size: 2 1 ~m", (1.0, 2.0)), ("\\Scan Size: 500 nm", (0.5, 0.5)), ("\\Scan Size: 5000 \xc5", (0.5, 0.5))],
-)
-def test_nanoscope_scan_sizes(tmp_path, scan_size, sides_um):
-    """Width before height; one number is both."""
-    whole = instruments.nanoscope(HEIGHTS, PIXEL_M)
-    start = whole.index(b"\\Scan Size")
-    length = whole.index(b"\r", start) - start
-    for_all = whole.replace(whole[start : start + length], scan_size.encode("latin-1").ljust(length))
-    height_map = read_height_map(write(tmp_path, "sized.spm", for_all))
-    assert height_map.size_m == pytest.approx(np.multiply(sides_um, 1e-6), rel=1e-12)
-
-
 @pytest.mark.parametrize("inversion, turned", [(1, -HEIGHTS), (2, -HEIGHTS[:, ::-1]), (3, -HEIGHTS[::-1])])
 def test_what_digital_surf_inverted_is_turned_back(tmp_path, inversion, turned):
     whole = bytearray(instruments.digital_surf(HEIGHTS, PIXEL_M))

@@ -81,10 +81,42 @@ def test_the_scan_list_gives_the_size_where_no_image_does(tmp_path):
     assert read_height_map(str(tmp_path / "moved.spm")).size_m == pytest.approx((0.6e-6, 1e-6))
 
 
-# Gwyddion's sides (Ly, Lx) in um of the first channel of st_di-3.di, 256 x 256 points of 10 x 10 um, with other headers.
-# From its module nanoscope of 2022: an image's height is multiplied by its rows over its columns if its own ratio and
-# the scan's are not 1:1, and by its rows over the scan's if only its own is not. "1:2" counts as 1. If the length of
-# the data fits the scan's counts and not the image's, both sides are scaled by the scan's counts over the image's.
+@pytest.mark.parametrize(
+    "before, after", [(b"\\*File list\r", b"\\*Force file list\r"), (b"OL2BIG", b"FOL2BG"), (b"OL2BIG", b"OL2VAR")]
+)
+def test_curves_are_told_to_be_no_image(fails, before, after):
+    """Force curves, and the profiles of unequal lengths of Deep Trench."""
+    whole = instruments.nanoscope(TILTED, PIXEL_M)
+    assert "holds curves" in fails("curves.spm", whole.replace(before, after, 1))
+
+
+def test_lengths_need_no_sensitivity(tmp_path):
+    whole = instruments.nanoscope(TILTED, PIXEL_M)
+    bare = whole.replace(b"V [Sens. ZsensSens] (0.0001 V/LSB) 2 V", b"V (0.0001 nm/LSB) 800 nm              ")
+    (tmp_path / "bare.spm").write_bytes(bare)
+    found = read_height_map(str(tmp_path / "bare.spm"))
+    np.testing.assert_allclose(found.height_m, TILTED, rtol=1e-12, atol=instruments.SPAN_M / 2**17 * 1.001)
+
+
+@pytest.mark.parametrize(
+    "scan_size, sides_um",
+    [("\\Scan Size: 2 1 ~m", (1.0, 2.0)), ("\\Scan Size: 500 nm", (0.5, 0.5)), ("\\Scan Size: 5000 \xc5", (0.5, 0.5))],
+)
+def test_scan_sizes(tmp_path, scan_size, sides_um):
+    """Width before height; one number is both."""
+    whole = instruments.nanoscope(TILTED, PIXEL_M)
+    start = whole.index(b"\\Scan Size")
+    length = whole.index(b"\r", start) - start
+    for_all = whole.replace(whole[start : start + length], scan_size.encode("latin-1").ljust(length))
+    (tmp_path / "sized.spm").write_bytes(for_all)
+    assert read_height_map(str(tmp_path / "sized.spm")).size_m == pytest.approx(np.multiply(sides_um, 1e-6), rel=1e-12)
+
+
+# The sides (Ly, Lx) in um that Gwyddion gives the first channel of st_di-3.di, 256 x 256 points of 10 x 10 um, with
+# other headers (its module nanoscope, 2022). If the image's aspect ratio is not 1:1, the height is multiplied by the
+# image's rows, and divided by its columns if the scan's ratio is not 1:1 either, else by the scan's rows. "1:2" counts
+# as 1. If only the scan's counts fit the length of the data, both sides are scaled by the scan's counts over the
+# image's.
 ASPECTS = [
     ({"rows": 128, "aspect": "2:1", "scan aspect": "2:1"}, (128, 256), (5.0, 10.0)),
     ({"rows": 128, "aspect": "2:1", "scan aspect": "2:1", "size": "10 5"}, (128, 256), (2.5, 10.0)),
