@@ -114,8 +114,17 @@ def _light(value: float, limits: tuple[float, float]) -> str:
     return LIGHTS[sum(sign * value > sign * limit for limit in limits)]
 
 
+def replaced_width(height_map: HeightMap) -> str:
+    """Describe the user's width if it replaces the file's own; else ""."""
+    stored, (_, width) = height_map.stored_width_m, height_map.size_m
+    if stored is None or math.isnan(stored):
+        return ""
+    return f"the width is {length_in_words(width)} as given, instead of the {length_in_words(stored)} in the file"
+
+
 def _odd_size(relief: float, height_map: HeightMap) -> tuple[Finding, ...]:
-    """Return a finding if the relief is impossible, which means a wrong width or unit; else ()."""
+    """Return a finding if the user's width replaces the file's own, or if the relief is impossible, which means a wrong
+    width or unit; else ()."""
     if relief > max(height_map.size_m):
         sentence = (
             f"the relief of {length_in_words(relief)} is larger than the scan, {length_in_words(height_map.size_m[1])} "
@@ -124,6 +133,8 @@ def _odd_size(relief: float, height_map: HeightMap) -> tuple[Finding, ...]:
     elif relief < _FINE_STEP_M:
         found = f"the relief of {relief * 1e12:.2g} pm is finer than an atom" if relief > _NO_RELIEF_M else "no relief"
         sentence = f"{found}; is the unit of height right?"
+    elif replaced := replaced_width(height_map):
+        return (Finding("size", "usable", replaced, relief),)
     else:
         return ()
     return (Finding("size", "poor", sentence, relief),)

@@ -13,7 +13,7 @@ from typing import BinaryIO
 import numpy as np
 
 from ...base.exr import attributes, unpacked
-from .given_size import Judge, Numbers, NumbersReader
+from .numbers_file import Judge, Numbers, NumbersReader
 from .scan_file import read_exactly
 
 _MAGIC, _SCAN_LINES_OF_VERSION_2 = b"v/1\x01", b"\2\0\0\0"

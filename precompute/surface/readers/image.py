@@ -85,8 +85,9 @@ class PictureReader:
                     over 0 with 8 bits, 65535 over 0 with 16 bits, 1 over 0 with floats (1e9 if they are metres)
         Fully transparent pixels are missing. Raises GratingError also for coloured pictures, and for signed numbers,
         which define no black and white."""
-        size_um = given_width(source, size_um)
-        height_nm = given_height(source, height_nm, what="the height of white over black", most=self.highest_nm)
+        size_um = given_width(source, size_um, fault="a picture stores no width")
+        what, fault = "the height of white over black", "a picture stores no height"
+        height_nm = given_height(source, height_nm, fault=fault, what=what, most=self.highest_nm)
         self._refuse_what_is_beside(source)
         with np.errstate(invalid="ignore"):  # from a signalling NaN
             heights = _grey(source)

@@ -53,7 +53,7 @@ class Reader(Protocol):
     ) -> HeightMap:
         """Read a file as measured: not levelled, NaN for missing pixels.
 
-        A reader that needs sizes ignores `channel`; other readers ignore the sizes, and read the topography if
-        `channel` is None. Raises GratingError if the file is damaged or a value is missing, OSError if the file cannot
-        be opened."""
+        A reader that needs sizes ignores `channel`. Other readers ignore `height_nm`, take `size_um` in place of the
+        file's own width, and read the topography if `channel` is None. Raises GratingError if the file is damaged or a
+        value is missing, OSError if the file cannot be opened."""
         ...

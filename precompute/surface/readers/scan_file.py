@@ -18,6 +18,7 @@ from ...base.failure import GratingError
 from ...base.memory import refuse_beyond_memory
 from ..height_map import HeightMap
 from .channels import Channel, choose_channel, shortened
+from .given_size import sized
 from .unread import CONVERT
 
 # The most points of a map, the same as Pillow's limit for pictures.
@@ -55,7 +56,7 @@ class StoredMap:
     """One map of values in a file, not read yet.
 
     shape         (rows, cols)
-    pixel_size_m  (dy, dx)
+    pixel_size_m  (dy, dx); NaN or 0 if the file stores no lengths
     load          reads the values (rows, cols) in the channel's unit, row 0 the scan's top, NaN if missing"""
 
     channel: Channel
@@ -100,6 +101,7 @@ class ScanReader:
             channels = tuple(each.channel for each in maps)
             chosen = maps[choose_channel(source, channels, channel)]
             refuse_too_large(source, chosen.shape)
+            pixel_size_m, stored_width_m = sized(source, chosen.pixel_size_m, cols=chosen.shape[1], size_um=size_um)
             try:
                 with np.errstate(all="ignore"):  # HeightMap refuses infinite heights
                     heights = chosen.load(file)
@@ -107,10 +109,11 @@ class ScanReader:
                 raise self._damaged(source, error) from error
         return HeightMap(
             height_m=heights,
-            pixel_size_m=chosen.pixel_size_m,
+            pixel_size_m=pixel_size_m,
             source=source,
             channel=chosen.channel.label,
             channels=tuple(each.label for each in channels),
+            stored_width_m=stored_width_m,
         )
 
     def _maps(self, source: str, file: BinaryIO) -> list[StoredMap]:

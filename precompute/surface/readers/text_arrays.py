@@ -7,8 +7,8 @@ from typing import BinaryIO
 
 import numpy as np
 
-from .given_size import Judge, Numbers, NumbersReader
 from .number_text import decoded, is_numbers, read_text, rows_of, with_points
+from .numbers_file import Judge, Numbers, NumbersReader
 
 # The largest distance of a point from the grid, as a share of a step: rounding to six digits with 2000 columns.
 _OFF_GRID = 0.1

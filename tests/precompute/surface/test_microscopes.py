@@ -9,9 +9,12 @@ from gwyfile.objects import GwyDataField
 
 from laboratory.benchmarks.hostile import instruments, microscopes
 from laboratory.benchmarks.hostile.instruments import SPAN_M
+from precompute.bake.bake_folder import bake_to_folder
+from precompute.bake.request import BakeRequest
 from precompute.base.failure import GratingError
-from precompute.surface.readers.reader_registry import read_height_map
-from tests.precompute.surface.scan_files import COLS, PIXEL_M, ROWS, TILTED, gwy_bytes, nid_bytes
+from precompute.surface.description import describe
+from precompute.surface.readers.reader_registry import read_height_map, read_other_way
+from tests.precompute.surface.scan_files import COLS, PIXEL_M, ROWS, SIZE_UM, TILTED, gwy_bytes, nid_bytes
 
 HEIGHTS = TILTED - 100e-9
 
@@ -166,3 +169,30 @@ def test_sides_and_heights_in_other_units_than_metres(tmp_path):
         height_map = read_height_map(write(tmp_path, name, data))
         np.testing.assert_allclose(height_map.height_m, HEIGHTS, atol=1e-15)
         assert height_map.pixel_size_m == pytest.approx((PIXEL_M, PIXEL_M))
+
+
+def test_a_width_replaces_the_file_s_own_with_a_warning(tmp_path, fails):
+    """The pixels keep their aspect ratio, also in the scan of the other direction. The file's heights stay."""
+    whole = instruments.gsf(HEIGHTS, PIXEL_M, across=2.0)
+    path = write(tmp_path, "wide.gsf", whole)
+    height_map = read_height_map(path, 4.0)
+    assert height_map.size_m == pytest.approx((4e-6 / COLS * ROWS / 2, 4e-6))
+    told = "the width is 4000 nm as given, instead of the 2000 nm in the file"
+    assert ("size", "usable", told) in [(f.topic, f.light, f.sentence) for f in describe(height_map).quality.findings]
+    facts = bake_to_folder([height_map], BakeRequest(), tmp_path / "out", progress=lambda *_: None)
+    assert facts["levelling"][0] == f"warning: {told}"
+    assert "a Gwyddion Simple Field file does not need it; leave out --height-nm" in fails("a.gsf", whole, height_nm=1)
+
+    whole = instruments.agilent(HEIGHTS, PIXEL_M)
+    own = read_height_map(write(tmp_path, "own.mi", whole))
+    for key in (b"xLength", b"yLength"):
+        at = whole.index(key)
+        whole = whole[:at] + whole[whole.index(b"\n", at) + 1 :]
+    assert (
+        fails("bare.mi", whole)
+        == "the file has no usable pixel size; give --size-um, the width of the scan in micrometres"
+    )
+    given = read_height_map(str(tmp_path / "bare.mi"), SIZE_UM)
+    assert given.size_m == pytest.approx(own.size_m)
+    assert read_other_way(given).size_m == given.size_m
+    assert "size" not in [finding.topic for finding in describe(given).quality.findings]
