@@ -33,11 +33,11 @@ _REPEATS = (10.0, 5.0)
 _PLAIN = 1000.0
 # Levelling by subtraction shortens a surface by the cosine of its tilt: 0.06 % and 1.5 %.
 _TILT_DEG = (2.0, 10.0)
-# The share of the scan that is dust, scratches, scars or missing.
+# The share of the scan that is dust, scratches, scars, shifted rows or missing.
 _DIRT_SHARE = (1e-3, 0.05)
 # The distance of dust from the relief, in multiples of the relief. A bake grows in proportion to the height range.
 _SPIKE_TIMES = (1.0, 10.0)
-_NAMES = {"dust": "dust or scratches"}
+_NAMES = {"dust": "dust or scratches", "lines": "rows shifted as a whole"}
 # The phase shift in radians that one height step gives violet light reflected back to its source.
 _STEP_RADIANS = (0.1, 0.5)
 # The ratio of the valleys' sharpness to that of the tops, which a blunt tip rounds.
@@ -244,11 +244,13 @@ def _dirt(surface: Surface) -> Finding:
             words += ["; bake it with ", Setting.LEVEL, f" plane,{','.join(steps)}"]
         elif stands or dirt:
             words.append("; clean the sample and scan it again")
-    words += [
-        f"; leave out the step {each.step}, which {'takes the grating out' if each.belongs else each.harm}"
-        for each in found
-        if each.harm
-    ]
+    harms: dict[str, list[str]] = {}
+    for each in found:
+        if each.harm:
+            harms.setdefault("takes the grating out" if each.belongs else each.harm, []).append(each.step)
+    for harm, names in harms.items():
+        which = f"step {names[0]}, which" if len(names) == 1 else f"steps {' and '.join(names)}, each of which"
+        words.append(f"; leave out the {which} {harm}")
     return Finding("dirt", max(lights, key=LIGHTS.index), tuple(words), share)
 
 
