@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finds dust, scars, shifted rows and spikes of a scan, and tries which steps remove them without harm to the grating."""
+"""Finds dust, scars, shifted rows and spikes of a scan, and tries which steps remove them and keep the grating."""
 
 from __future__ import annotations
 

@@ -14,6 +14,7 @@ from ...base.failure import GratingError
 from ..height_map import HeightMap
 from .channels import Channel, shortened
 from .given_size import METRE_NM, given_height, given_width
+from .reader import KnownFault
 from .scan_file import DAMAGE, refuse_too_large
 
 _FAULT = "its numbers have no unit"
@@ -34,7 +35,7 @@ class NumbersReader:
     """Reader of a format that holds one array of numbers without units, see `Reader`.
 
     begins  recognises a file by its first bytes
-    load    reads the numbers of an open file, after checking their shape; raises one of DAMAGE for a damaged file"""
+    load    reads the numbers of an open file, after checking their shape; raises one of DAMAGE, or KnownFault"""
 
     name: str
     extensions: tuple[str, ...]
@@ -68,6 +69,8 @@ class NumbersReader:
         try:
             with open(source, "rb") as file, np.errstate(all="ignore"):  # HeightMap refuses infinite heights
                 numbers = self.load(file, partial(refuse_too_large, source))
+        except KnownFault as error:
+            raise GratingError(source, error.fault, error.remedy) from error
         except DAMAGE as error:
             raise GratingError(
                 source,

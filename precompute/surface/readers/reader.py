@@ -15,6 +15,14 @@ from .channels import Channel
 BEGINNING_BYTES = 4096
 
 
+class KnownFault(Exception):
+    """Raised for a file whose fault is known, such as another format with the same first bytes, with the remedy."""
+
+    def __init__(self, fault: str, remedy: str) -> None:
+        super().__init__(fault, remedy)
+        self.fault, self.remedy = fault, remedy
+
+
 @runtime_checkable
 class Reader(Protocol):
     """A reader of one file format.

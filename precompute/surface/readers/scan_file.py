@@ -19,6 +19,7 @@ from ...base.memory import refuse_beyond_memory
 from ..height_map import HeightMap
 from .channels import Channel, choose_channel, shortened
 from .given_size import sized
+from .reader import KnownFault
 from .unread import CONVERT
 
 # The most points of a map, the same as Pillow's limit for pictures.
@@ -43,14 +44,6 @@ def refuse_too_large(source: str, shape: tuple[int, int]) -> None:
     )
 
 
-class OtherFormat(Exception):
-    """Raised for a file of another format with the same first bytes, with what it is and the remedy."""
-
-    def __init__(self, fault: str, remedy: str) -> None:
-        super().__init__(fault, remedy)
-        self.fault, self.remedy = fault, remedy
-
-
 @dataclass(frozen=True)
 class StoredMap:
     """One map of values in a file, not read yet.
@@ -70,7 +63,7 @@ class ScanReader:
     """Reader of a format that holds its units, see `Reader`.
 
     begins  recognises a file by its first bytes
-    maps    lists the maps of an open file in the file's order; raises one of DAMAGE, or OtherFormat"""
+    maps    lists the maps of an open file in the file's order; raises one of DAMAGE, or KnownFault"""
 
     name: str
     extensions: tuple[str, ...]
@@ -120,7 +113,7 @@ class ScanReader:
         """List the maps of a file; numbers distinguish equal labels."""
         try:
             maps = self.maps(file)
-        except OtherFormat as error:
+        except KnownFault as error:
             raise GratingError(source, error.fault, error.remedy) from error
         except DAMAGE as error:
             raise self._damaged(source, error) from error
