@@ -36,7 +36,8 @@ class ImportHeightMap(bpy.types.Operator, ImportHelper):
     )
     size_um: FloatProperty(
         name="Width (um)",
-        description="Width of the scan in micrometres. Needed for pictures, which do not store it. 0: the file's own",
+        description="Width of the scan in micrometres. Needed for pictures, which do not store it. It replaces "
+        "another file's own width. 0: the file's own",
         min=0,
         soft_max=1000,
         options={"SKIP_SAVE"},

@@ -14,6 +14,7 @@ from ..base.progress import Progress, span_of
 from ..measure.shown_colours import is_shown
 from ..optics import coherence
 from ..surface.height_map import HeightMap
+from ..surface.quality import replaced_width
 from ..surface.relief import Relief, relief_of
 from ..surface.steps.pipeline import WARNING, level
 from ..table import sample_set
@@ -89,7 +90,9 @@ def _levelled(
         progress(LEVELLING, number / len(height_maps))
         levelled = level(height_map, request.levelling)
         reliefs.append(relief_of(levelled.height_map, plate_ior=request.matter.plate_ior))
-        told += [f"{height_map.source_name}: {line}" if len(height_maps) > 1 else line for line in levelled.told]
+        replaced = replaced_width(height_map)
+        lines = [*([f"{WARNING}{replaced}"] if replaced else []), *levelled.told]
+        told += [f"{height_map.source_name}: {line}" if len(height_maps) > 1 else line for line in lines]
     return reliefs, told
 
 

@@ -38,7 +38,10 @@ def add_input(parser: argparse.ArgumentParser, several: str | None = None) -> No
     else:
         parser.add_argument("file", type=name_argument, metavar="FILE", help=text)
     parser.add_argument(
-        "--size-um", type=number(*SIZE_UM), metavar="W", help="width of the scan in micrometres (pictures)"
+        "--size-um",
+        type=number(*SIZE_UM),
+        metavar="W",
+        help="width of the scan in micrometres (pictures; replaces the width in another file)",
     )
     parser.add_argument(
         "--height-nm", type=number(*HEIGHT_NM), metavar="H",

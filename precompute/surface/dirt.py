@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finds dust, scars and spikes of a scan, and tries which steps remove them without harm to the grating."""
+"""Finds dust, scars, shifted rows and spikes of a scan, and tries which steps remove them and keep the grating."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,6 +13,7 @@ from .height_map import HeightMap
 from .least_squares_plane import Plane
 from .periods import Wave
 from .steps.defects import dust, outliers, scars
+from .steps.lines import aligned_rows
 from .steps.loss import loss_in_words, losses_of
 
 # A defect covers at most this share of the scan; a larger one is relief.
@@ -22,17 +23,30 @@ _HALF = 0.5
 # The side of the examined parts in pixels, so that a large scan takes no longer than a small one.
 SIDE = 512
 _ROWS_AT_ONCE = 256
-# The steps with their default numbers.
-_FIND = {
+
+
+def _streaks(height: np.ndarray, *, shifted: bool) -> np.ndarray:
+    """Return the mask (rows, cols) of what looks like scars, either in rows that are shifted as a whole or in others.
+
+    A shifted row does not stand out once the rows are aligned."""
+    found = scars(height, 1.0)
+    stay = found & scars(aligned_rows(height, "median"), 1.0)
+    is_shifted = 2 * stay.sum(axis=1) < found.sum(axis=1)
+    return found & (is_shifted if shifted else ~is_shifted)[:, None]
+
+
+# The steps with their default numbers, and the pixels of the defects that they remove.
+_FIND: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     "dust": lambda height: dust(height, 5.0),
-    "scars": lambda height: scars(height, 1.0),
+    "scars": lambda height: _streaks(height, shifted=False),
+    "lines": lambda height: _streaks(height, shifted=True),
     "outliers": lambda height: outliers(height, 8.0),
 }
 
 
 @dataclass(frozen=True)
 class Defect:
-    """The pixels that a step would remove from a scan.
+    """The pixels of a scan that a step would remove, or put right.
 
     share  share of the scan
     harm   the damage to the grating in words, "" for none
@@ -93,9 +107,10 @@ class Surface:
 
 
 def defects_of(surface: Surface) -> tuple[Defect, ...]:
-    """Find the dust and the scars of a scan."""
+    """Find the dust, the scars and the shifted rows of a scan."""
     rows, cols = surface.height_map.height_m.shape
-    places = {"dust": surface.coarse(), "scars": surface.around((rows // 2, cols // 2))}
+    middle = surface.around((rows // 2, cols // 2))
+    places = {"dust": surface.coarse(), "scars": middle, "lines": middle}
     found = (_tried(surface, step, part) for step, part in places.items())
     return tuple(each for each in found if each is not None)
 
@@ -125,9 +140,12 @@ def _tried(surface: Surface, step: str, part: tuple[slice, slice]) -> Defect | N
         return None
     dy, dx = (side * (each.step or 1) for side, each in zip(surface.height_map.pixel_size_m, part, strict=True))
     before = HeightMap(height, (dy, dx), surface.height_map.source)
-    after = replace(before, height_m=np.where(mask, np.nan, height))
+    if step == "lines":
+        after, holes = replace(before, height_m=aligned_rows(height, "median")), 0.0
+    else:
+        after, holes = replace(before, height_m=np.where(mask, np.nan, height)), share
     losses = losses_of(before, after, surface.gratings)
-    return Defect(step, share, loss_in_words(losses, share), max((loss for _, loss in losses), default=0.0))
+    return Defect(step, share, loss_in_words(losses, holes), max((loss for _, loss in losses), default=0.0))
 
 
 def _farthest(surface: Surface, low: float, high: float) -> tuple[int, int]:

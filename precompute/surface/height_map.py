@@ -26,13 +26,14 @@ def is_synthetic(source: str) -> bool:
 class HeightMap:
     """Heights over a rectangle.
 
-    height_m      (rows, cols) float64 in metres, positive outward, NaN where not measured; read-only. The scan's x
-                  axis, left to right, runs along the tangent T; row 0 is the top, so the row index runs along -B
-    pixel_size_m  (dy, dx) in metres
-    source        a path, "sample:NAME" or "grating:KIND?PARAMETERS"
-    channel       the channel's label; "" if the format has no channels
-    channels      labels of all channels of the source
-    periodic      whether the edges wrap exactly, as on synthetic surfaces
+    height_m        (rows, cols) float64 in metres, positive outward, NaN where not measured; read-only. The scan's x
+                    axis, left to right, runs along the tangent T; row 0 is the top, so the row index runs along -B
+    pixel_size_m    (dy, dx) in metres
+    source          a path, "sample:NAME" or "grating:KIND?PARAMETERS"
+    channel         the channel's label; "" if the format has no channels
+    channels        labels of all channels of the source
+    periodic        whether the edges wrap exactly, as on synthetic surfaces
+    stored_width_m  the width in the file if the user's width replaces it, NaN if the file stores none; else None
 
     Raises GratingError unless the heights are a two-dimensional array with a finite value and without infinite ones,
     and the pixel sizes are positive and finite."""
@@ -43,6 +44,7 @@ class HeightMap:
     channel: str = ""
     channels: tuple[str, ...] = ()
     periodic: bool = False
+    stored_width_m: float | None = None
 
     def __post_init__(self) -> None:
         height = np.asarray(self.height_m, dtype=np.float64).view()

@@ -33,11 +33,11 @@ _REPEATS = (10.0, 5.0)
 _PLAIN = 1000.0
 # Levelling by subtraction shortens a surface by the cosine of its tilt: 0.06 % and 1.5 %.
 _TILT_DEG = (2.0, 10.0)
-# The share of the scan that is dust, scratches, scars or missing.
+# The share of the scan that is dust, scratches, scars, shifted rows or missing.
 _DIRT_SHARE = (1e-3, 0.05)
 # The distance of dust from the relief, in multiples of the relief. A bake grows in proportion to the height range.
 _SPIKE_TIMES = (1.0, 10.0)
-_NAMES = {"dust": "dust or scratches"}
+_NAMES = {"dust": "dust or scratches", "lines": "rows shifted as a whole"}
 # The phase shift in radians that one height step gives violet light reflected back to its source.
 _STEP_RADIANS = (0.1, 0.5)
 # The ratio of the valleys' sharpness to that of the tops, which a blunt tip rounds.
@@ -114,8 +114,17 @@ def _light(value: float, limits: tuple[float, float]) -> str:
     return LIGHTS[sum(sign * value > sign * limit for limit in limits)]
 
 
+def replaced_width(height_map: HeightMap) -> str:
+    """Describe the user's width if it replaces the file's own; else ""."""
+    stored, (_, width) = height_map.stored_width_m, height_map.size_m
+    if stored is None or math.isnan(stored):
+        return ""
+    return f"the width is {length_in_words(width)} as given, instead of the {length_in_words(stored)} in the file"
+
+
 def _odd_size(relief: float, height_map: HeightMap) -> tuple[Finding, ...]:
-    """Return a finding if the relief is impossible, which means a wrong width or unit; else ()."""
+    """Return a finding if the user's width replaces the file's own, or if the relief is impossible, which means a wrong
+    width or unit; else ()."""
     if relief > max(height_map.size_m):
         sentence = (
             f"the relief of {length_in_words(relief)} is larger than the scan, {length_in_words(height_map.size_m[1])} "
@@ -124,6 +133,8 @@ def _odd_size(relief: float, height_map: HeightMap) -> tuple[Finding, ...]:
     elif relief < _FINE_STEP_M:
         found = f"the relief of {relief * 1e12:.2g} pm is finer than an atom" if relief > _NO_RELIEF_M else "no relief"
         sentence = f"{found}; is the unit of height right?"
+    elif replaced := replaced_width(height_map):
+        return (Finding("size", "usable", replaced, relief),)
     else:
         return ()
     return (Finding("size", "poor", sentence, relief),)
@@ -233,11 +244,13 @@ def _dirt(surface: Surface) -> Finding:
             words += ["; bake it with ", Setting.LEVEL, f" plane,{','.join(steps)}"]
         elif stands or dirt:
             words.append("; clean the sample and scan it again")
-    words += [
-        f"; leave out the step {each.step}, which {'takes the grating out' if each.belongs else each.harm}"
-        for each in found
-        if each.harm
-    ]
+    harms: dict[str, list[str]] = {}
+    for each in found:
+        if each.harm:
+            harms.setdefault("takes the grating out" if each.belongs else each.harm, []).append(each.step)
+    for harm, names in harms.items():
+        which = f"step {names[0]}, which" if len(names) == 1 else f"steps {' and '.join(names)}, each of which"
+        words.append(f"; leave out the {which} {harm}")
     return Finding("dirt", max(lights, key=LIGHTS.index), tuple(words), share)
 
 

@@ -76,7 +76,7 @@ def tops(path):
 
 def test_the_walk_sees_what_is_there():
     assert "precompute.surface.relief.Relief" in imports(ROOT / "precompute" / "bake" / "make.py")
-    assert "precompute.base.failure.GratingError" in imports(ROOT / "precompute/surface/readers/nid.py")
+    assert "precompute.base.failure.GratingError" in imports(ROOT / "precompute/surface/readers/scan_file.py")
     assert "addon" in {name.split(".")[0] for name in imports(ROOT / "__init__.py")}
 
 

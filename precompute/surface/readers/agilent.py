@@ -41,7 +41,8 @@ def _maps(file: BinaryIO) -> list[StoredMap]:
             entries[key] = value
     kind = _KINDS[end[1].decode()]
     shape = int(common["yPixels"]), int(common["xPixels"])
-    pixel = float(common["yLength"]) / max(1, shape[0]), float(common["xLength"]) / max(1, shape[1])
+    height, width = (float(common.get(key) or "nan") for key in ("yLength", "xLength"))
+    pixel = height / max(1, shape[0]), width / max(1, shape[1])
     start, maps = end.end(), []
     for buffer in buffers:
         block = Block(start, shape, kind).within(file)

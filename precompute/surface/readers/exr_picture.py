@@ -13,7 +13,7 @@ from typing import BinaryIO
 import numpy as np
 
 from ...base.exr import attributes, unpacked
-from .given_size import Judge, Numbers, NumbersReader
+from .numbers_file import Judge, Numbers, NumbersReader
 from .scan_file import read_exactly
 
 _MAGIC, _SCAN_LINES_OF_VERSION_2 = b"v/1\x01", b"\2\0\0\0"
@@ -69,7 +69,8 @@ def _load(file: BinaryIO, judge: Judge) -> Numbers:
             raise ValueError(f"a block of {size} bytes at row {first}")
         block = unpacked(read_exactly(file, place + 8, size), count * row_bytes).reshape(count, row_bytes)
         heights[first : first + count] = _grey(block, channels, wanted, cols=cols)
-    return Numbers(heights)
+    (width_over_height,) = struct.unpack("<f", facts["pixelAspectRatio"][1])
+    return Numbers(heights, 1 / width_over_height)
 
 
 def _wanted(names: list[str]) -> list[str]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reader of Gwyddion .gwy: SI units, row 0 at the scan's top, masked pixels missing.
+"""Reader of Gwyddion .gwy: row 0 at the scan's top, masked pixels missing.
 
 A file is a tree of serialised objects (Gwyddion's user guide, "Gwyddion native data files"). An object is its type's
 name, its size in bytes, and its components. A component is a name, a letter for the value's type, and the value. The
@@ -8,19 +8,19 @@ channel N. The reader skips all others unread by their sizes, and checks sizes b
 
 from __future__ import annotations
 
+import os
 import re
 import struct
 from collections import Counter
 from dataclasses import dataclass
-from pathlib import Path
+from functools import partial
 from typing import BinaryIO
 
 import numpy as np
 
-from ...base.failure import GratingError
-from ..height_map import HeightMap
-from .channels import Channel, choose_channel, shortened, unit_over
-from .scan_file import refuse_too_large
+from .channels import Channel, unit_over
+from .scan_file import Block, ScanReader, StoredMap
+from .units import in_base_units
 
 _BEGINNING = b"GWYP"
 # By type letter: formats of single values, and sizes of one item of an array.
@@ -31,50 +31,6 @@ _MASKED_ABOVE = 0.5
 _PARTS_MAX = 100_000
 # Names and strings are read in pieces of this many bytes.
 _PIECE = 256
-
-
-class GwyddionReader:
-    """Reader of Gwyddion files, see `Reader`."""
-
-    name = "Gwyddion"
-    extensions = (".gwy",)
-    needs_size = False
-
-    def can_read(self, beginning: bytes) -> bool:
-        """As in `Reader`."""
-        return beginning.startswith(_BEGINNING)
-
-    def channels(self, source: str) -> tuple[Channel, ...]:
-        """As in `Reader`; reads no heights."""
-        with open(source, "rb") as file:
-            return tuple(image.channel for image in _images(source, file))
-
-    def read(
-        self,
-        source: str,
-        *,
-        size_um: float | None = None,
-        height_nm: float | None = None,
-        channel: str | None = None,
-    ) -> HeightMap:
-        """As in `Reader`."""
-        with open(source, "rb") as file:
-            images = _images(source, file)
-            channels = tuple(image.channel for image in images)
-            image = images[choose_channel(source, channels, channel)]
-            refuse_too_large(source, image.field.shape)
-            height = image.heights(file)
-        (rows, cols), (height_m, width_m) = image.field.shape, image.field.size_m
-        return HeightMap(
-            height_m=height,
-            pixel_size_m=(height_m / rows, width_m / cols),
-            source=source,
-            channel=image.channel.label,
-            channels=tuple(each.label for each in channels),
-        )
-
-
-GWYDDION = GwyddionReader()
 
 
 @dataclass(frozen=True)
@@ -88,60 +44,48 @@ class _Value:
 
 @dataclass(frozen=True)
 class _Field:
-    """A map of values: shape (rows, cols), sides (Ly, Lx), location of the values, and their unit by `unit_over`."""
+    """A map of values: shape (rows, cols), pixels (dy, dx), location of the values, the size of their unit in base
+    units, and the base unit by `unit_over`."""
 
     shape: tuple[int, int]
-    size_m: tuple[float, float]
+    pixel_size_m: tuple[float, float]
     values: _Value
+    scale: float
     unit: str
 
     def read(self, file: BinaryIO) -> np.ndarray:
-        """Read the values (rows, cols), float64."""
-        file.seek(self.values.start + 4)
-        return np.fromfile(file, "<f8", self.shape[0] * self.shape[1]).reshape(self.shape)
+        """Read the values (rows, cols), float64 in base units."""
+        values = Block(self.values.start + 4, self.shape, "<f8").read(file)
+        return values if self.scale == 1 else values * self.scale
 
 
-@dataclass(frozen=True)
-class _Image:
-    """A channel, its field, and its mask's field if it has one."""
+def _maps(file: BinaryIO) -> list[StoredMap]:
+    """List the images by channel number."""
+    kind, parts = _object(file, len(_BEGINNING), file.seek(0, os.SEEK_END))
+    if kind != "GwyContainer":
+        raise ValueError("not a Gwyddion container")
+    numbers = sorted((key.split("/")[1] for key in parts if re.fullmatch(r"/\d{1,9}/data", key)), key=int)
+    fields = {number: field for number in numbers if (field := _field(file, parts[f"/{number}/data"])) is not None}
+    titles = {number: _title(file, parts, number) for number in fields}
+    shared = Counter(titles.values())
+    return [
+        StoredMap(
+            # Numbers distinguish channels of the same title.
+            Channel(titles[number], f"({number})" if shared[titles[number]] > 1 else "", field.unit),
+            field.shape,
+            field.pixel_size_m,
+            partial(_heights, field, _mask(file, parts, number, field.shape)),
+        )
+        for number, field in fields.items()
+    ]
 
-    channel: Channel
-    field: _Field
-    mask: _Field | None
 
-    def heights(self, file: BinaryIO) -> np.ndarray:
-        """Read the values (rows, cols), NaN if masked."""
-        heights = self.field.read(file)
-        if self.mask is not None:
-            heights[self.mask.read(file) > _MASKED_ABOVE] = np.nan
-        return heights
-
-
-def _images(source: str, file: BinaryIO) -> list[_Image]:
-    """List the images of a file by channel number. Raises GratingError if the file is damaged."""
-    try:
-        kind, parts = _object(file, len(_BEGINNING), Path(source).stat().st_size)
-        if kind != "GwyContainer":
-            raise ValueError("not a Gwyddion container")
-        numbers = sorted((key.split("/")[1] for key in parts if re.fullmatch(r"/\d{1,9}/data", key)), key=int)
-        fields = {number: field for number in numbers if (field := _field(file, parts[f"/{number}/data"])) is not None}
-        titles = {number: _title(file, parts, number) for number in fields}
-        shared = Counter(titles.values())
-        return [
-            _Image(
-                # Numbers distinguish channels of the same title.
-                Channel(titles[number], f"({number})" if shared[titles[number]] > 1 else "", field.unit),
-                field,
-                _mask(file, parts, number, field.shape),
-            )
-            for number, field in fields.items()
-        ]
-    except (KeyError, ValueError, struct.error) as error:
-        raise GratingError(
-            source,
-            f"the Gwyddion data is truncated or damaged ({shortened(error)})",
-            "copy it again, or save it again in Gwyddion",
-        ) from error
+def _heights(field: _Field, mask: _Field | None, file: BinaryIO) -> np.ndarray:
+    """Read a field's values (rows, cols), NaN if masked."""
+    heights = field.read(file)
+    if mask is not None:
+        heights[mask.read(file) > _MASKED_ABOVE] = np.nan
+    return heights
 
 
 def _title(file: BinaryIO, parts: dict[str, _Value], number: str) -> str:
@@ -170,17 +114,18 @@ def _field(file: BinaryIO, value: _Value) -> _Field | None:
     held = (values.stop - values.start - 4) // _ITEM_BYTES[b"D"]
     if values.kind != b"D" or rows < 1 or cols < 1 or rows * cols != held:
         raise ValueError(f"a channel is {rows} x {cols} with {held} values")
-    size_m = float(_number(file, parts["yreal"])), float(_number(file, parts["xreal"]))
-    across, up = (_unit(file, parts.get(f"si_unit_{each}")) for each in ("xy", "z"))
-    return _Field((int(rows), int(cols)), size_m, values, unit_over(up, across))
+    height, width = (_number(file, parts[key]) for key in ("yreal", "xreal"))
+    (across, base), (scale, unit) = (_unit(file, parts.get(f"si_unit_{each}")) for each in ("xy", "z"))
+    pixel_size_m = height * across / rows, width * across / cols
+    return _Field((int(rows), int(cols)), pixel_size_m, values, scale, unit_over(unit, base))
 
 
-def _unit(file: BinaryIO, value: _Value | None) -> str:
-    """Read a unit's text; "" for none."""
+def _unit(file: BinaryIO, value: _Value | None) -> tuple[float, str]:
+    """Read a unit as `in_base_units` does. Gwyddion writes base units, other programs also "um"."""
     if value is None or value.kind != b"o":
-        return ""
+        return 1.0, ""
     _, parts = _object(file, value.start, value.stop)
-    return _text(file, parts["unitstr"]) if "unitstr" in parts else ""
+    return in_base_units(_text(file, parts["unitstr"])) if "unitstr" in parts else (1.0, "")
 
 
 def _object(file: BinaryIO, start: int, end: int) -> tuple[str, dict[str, _Value]]:
@@ -266,3 +211,10 @@ def _number(file: BinaryIO, value: _Value) -> float:
 def _count(file: BinaryIO, at: int) -> int:
     file.seek(at)
     return struct.unpack("<I", file.read(4))[0]
+
+
+def _begins(beginning: bytes) -> bool:
+    return beginning.startswith(_BEGINNING)
+
+
+GWYDDION = ScanReader("Gwyddion", (".gwy",), _begins, _maps)

@@ -43,6 +43,8 @@ _WHITE = {"L": 255, "I;16": 65535, "I;16B": 65535, "F": 1}
 _PARK_TAGS = (50434, 50435)
 _TIFF_BITS, _TIFF_PHOTOMETRIC, _TIFF_SAMPLE_FORMAT = 258, 262, 339
 _UNSIGNED, _FLOATING = 1, 3
+# Pillow's names of the pixels per length along x and y, and the largest ratio of the two that may be rounding.
+_DENSITIES, _SQUARE = ("dpi", "aspect", "resolution"), 1.02
 
 
 @dataclass(frozen=True)
@@ -83,8 +85,9 @@ class PictureReader:
                     over 0 with 8 bits, 65535 over 0 with 16 bits, 1 over 0 with floats (1e9 if they are metres)
         Fully transparent pixels are missing. Raises GratingError also for coloured pictures, and for signed numbers,
         which define no black and white."""
-        size_um = given_width(source, size_um)
-        height_nm = given_height(source, height_nm, what="the height of white over black", most=self.highest_nm)
+        size_um = given_width(source, size_um, fault="a picture stores no width")
+        what, fault = "the height of white over black", "a picture stores no height"
+        height_nm = given_height(source, height_nm, fault=fault, what=what, most=self.highest_nm)
         self._refuse_what_is_beside(source)
         with np.errstate(invalid="ignore"):  # from a signalling NaN
             heights = _grey(source)
@@ -154,6 +157,13 @@ def _refuse_what_is_no_grey_scale(source: str, picture: Image.Image) -> None:
         raise GratingError(source, f"{rows} x {cols} pixels are over {_SIDE_MAX} along a side", "crop the scan")
     if picture.format == "BMP" and is_packed and file_bytes > _PACKED_BMP_MAX:
         raise GratingError(source, f"a compressed BMP of {file_bytes >> 20} MiB", "save it as PNG")
+    along_x, along_y = next((picture.info[name] for name in _DENSITIES if name in picture.info), (1, 1))
+    if max(along_x, along_y) > _SQUARE * min(along_x, along_y) > 0:
+        raise GratingError(
+            source,
+            f"its pixels are declared not to be square, {float(along_x):.3g} to {float(along_y):.3g} per length",
+            "resample it to square pixels, or save it without a resolution",
+        )
     refuse_beyond_memory(
         _BYTES_PER_PIXEL * rows * cols, f"reading {rows} x {cols} pixels", "crop or reduce the scan", source=source
     )

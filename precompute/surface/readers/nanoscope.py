@@ -5,10 +5,11 @@ A list begins with a line "\*NAME list"; its entries are lines "\KEY: VALUE". Ea
 channel. An entry "@2:Z scale: V [Sens. Zsens] (0.005 V/LSB) 2.91 V" gives the value of the whole integer range; the
 bracket names the entry, in the scanner's or the scan's list, with the sensitivity in nanometres per volt. Lines run
 from the scan's bottom up. Keys are compared in lower case, since versions differ ("Scan size" in 5, "Scan Size" in 7).
-(Format: Bruker, "NanoScope file header", since version 4.3.)"""
+(Format: Bruker, "NanoScope file header", since version 4.3; counts and sides: Gwyddion's module nanoscope.)"""
 
 from __future__ import annotations
 
+import math
 import re
 from functools import partial
 from typing import BinaryIO
@@ -20,22 +21,25 @@ from .number_text import decoded
 from .scan_file import Block, ScanReader, StoredMap
 from .units import in_base_units
 
-_IMAGES, _CURVES = b"\\*File list", b"\\*Force file list"
+# A list of images, of electrochemistry, or of force curves.
+_BEGINNINGS = b"\\*File list", b"\\*EC File list", b"\\*Force file list"
 _END = b"\\*File list end"
 # The longest header in bytes; most have 40 KB.
 _HEADER_MAX = 1 << 20
 _SOFT_SCALE = re.compile(r"\[([^\]]*)\]")
 # A unit may contain brackets: "log(Arb)".
 _LAST_NUMBER = re.compile(r"(?<![\w.])([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(\S*)\s*$")
-# The software context of force curves.
-_CURVE_CONTEXT = "FOL"
+# How the software context begins for force curves, and ends for profiles of unequal lengths.
+_CURVE_CONTEXT, _PROFILE_CONTEXT = "FOL", "VAR"
+# The first version that always stores 32 bits.
+_VERSION, _OF_32_BITS = re.compile("0x[0-9a-f]{1,8}", re.IGNORECASE), 0x09200000
 
 
 def _lists(file: BinaryIO) -> list[tuple[str, dict[str, str]]]:
     """Read the header's lists in order, names and keys in lower case. Raises ValueError if the header has no end."""
     file.seek(0)
     header = file.read(_HEADER_MAX)
-    end = header.lower().find(_END.lower(), len(_IMAGES))
+    end = header.lower().find(_END.lower(), len(_BEGINNINGS[0]))
     if end < 0:
         raise ValueError("the header has no end")
     lists: list[tuple[str, dict[str, str]]] = []
@@ -55,25 +59,24 @@ def _maps(file: BinaryIO) -> list[StoredMap]:
     for name, entries in lists:
         if not name.endswith("image list"):
             common |= entries
+    context = common.get("start context", "")
     is_image = not (
         lists[0][0].startswith("force")
-        or common.get("start context", "").startswith(_CURVE_CONTEXT)
+        or context.startswith(_CURVE_CONTEXT)
+        or context.endswith(_PROFILE_CONTEXT)
         or common.get("operating mode") == "Force"
     )
     return [_map(file, entries, common, is_image=is_image) for entries in images]
 
 
 def _map(file: BinaryIO, entries: dict[str, str], common: dict[str, str], *, is_image: bool) -> StoredMap:
-    shape = int(entries["number of lines"]), int(entries["samps/line"])
+    shape, stored_bytes = _grid(entries, common)
     try:
         unit, scale = _scale(entries, common)
     except (KeyError, ValueError):  # the other channels may be usable
         unit, scale = "an unknown unit", 1.0
-    # The header's bytes per pixel set the scale; stored integers may be longer.
-    stored_bytes = int(entries["data length"]) // max(1, shape[0] * shape[1])
-    if stored_bytes not in (2, 4):
-        raise ValueError(f"{entries['data length']} bytes for {shape[0]} x {shape[1]} values")
     block = Block(int(entries["data offset"]), shape, f"<i{stored_bytes}").within(file)
+    # The header's bytes per pixel set the scale; stored integers may be longer.
     scale /= 2.0 ** (8 * int(entries.get("bytes/pixel", "2")))
     channel = Channel(_name(entries), entries.get("line direction", "").lower(), unit, is_image)
     height_m, width_m = _sides(entries, common, shape)
@@ -119,20 +122,74 @@ def _quantity(text: str) -> tuple[float, str]:
     return float(found[1]), found[2]
 
 
+def _grid(entries: dict[str, str], common: dict[str, str]) -> tuple[tuple[int, int], int]:
+    """Return (rows, cols) and the bytes of a value.
+
+    The data's length tells whether the image's own counts hold, or the whole scan's. If it fits neither, the data are
+    longer than needed. Raises ValueError if they are shorter."""
+    length, shapes = int(entries["data length"]), (_declared(entries), _scanned(entries, common))
+    version = _VERSION.match(common.get("version", ""))
+    usual = 4 if version and int(version[0], 16) >= _OF_32_BITS else 2
+    for shape, nbytes in ((shapes[0], usual), (shapes[1], usual), (shapes[0], 6 - usual)):
+        if length == nbytes * math.prod(shape):
+            return shape, nbytes
+    fitting = [shape for shape in shapes if length > usual * math.prod(shape)]
+    if not fitting:
+        raise ValueError(f"{length} bytes for {shapes[0][0]} x {shapes[0][1]} values")
+    return max(fitting, key=math.prod), usual
+
+
+def _declared(entries: dict[str, str]) -> tuple[int, int]:
+    """Return an image's own (rows, cols)."""
+    return int(entries["number of lines"]), int(entries["samps/line"])
+
+
+def _scanned(entries: dict[str, str], common: dict[str, str]) -> tuple[int, int]:
+    """Return (rows, cols) of the whole scan; the image's own if the scan list has none."""
+    rows, cols = _declared(entries)
+    return int(common.get("lines", rows)), int(common.get("samps/line", str(cols)).split()[0])
+
+
 def _sides(entries: dict[str, str], common: dict[str, str], shape: tuple[int, int]) -> tuple[float, float]:
-    """Read (Ly, Lx) in metres from "500 250 nm" (width, height) or "500 nm"."""
-    text = entries.get("scan size") or common["scan size"]
+    """Read (Ly, Lx) in metres of an image of `shape` from "500 250 nm" (width, height) or "500 nm", a square.
+
+    The height is of as many lines as the scan's aspect ratio demands, unless the image's own ratio is 1:1. Newer
+    headers give the height of the whole scan ("Slow Axis Size"), and the second number is wrong."""
+    width, height = _lengths(entries.get("scan size") or common["scan size"])
+    declared, scanned = _declared(entries), _scanned(entries, common)
+    slow = common.get("slow axis size")
+    if slow is not None:
+        # As a ratio, since an image may be cut out of the scan.
+        height = width * _lengths(slow)[0] / _lengths(common["scan size"])[0]
+    if shape != declared:
+        return height if slow is not None else height * shape[0] / declared[0], width * shape[1] / declared[1]
+    if _is_square(entries):
+        return height, width
+    if slow is not None:
+        return height * min(1.0, shape[0] / scanned[0]), width
+    return height * shape[0] / (scanned[0] if _is_square(common) else shape[1]), width
+
+
+def _lengths(text: str) -> tuple[float, float]:
+    """Read width and height in metres; a single number is both."""
     *numbers, unit = text.split()
     size, base = in_base_units(unit)
     if base != "m" or len(numbers) not in (1, 2):
         raise ValueError(f"a scan size of '{text}'")
-    width = float(numbers[0]) * size
-    # A single number implies square pixels.
-    return (float(numbers[1]) * size if len(numbers) == 2 else width * shape[0] / shape[1]), width
+    return float(numbers[0]) * size, float(numbers[-1]) * size
+
+
+def _is_square(entries: dict[str, str]) -> bool:
+    """Whether a list's aspect ratio is 1:1, or begins with 1: Gwyddion reads only the first number."""
+    try:
+        first = float(entries.get("aspect ratio", "").partition(":")[0])
+    except ValueError:
+        return True
+    return first <= 0 or first == 1
 
 
 def _begins(beginning: bytes) -> bool:
-    return beginning.startswith((_IMAGES, _CURVES))
+    return beginning.startswith(_BEGINNINGS)
 
 
 NANOSCOPE = ScanReader(

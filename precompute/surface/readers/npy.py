@@ -9,7 +9,7 @@ import re
 import struct
 from typing import BinaryIO
 
-from .given_size import Judge, Numbers, NumbersReader
+from .numbers_file import Judge, Numbers, NumbersReader
 from .scan_file import Block, read_exactly
 
 _BEGINNING = b"\x93NUMPY"

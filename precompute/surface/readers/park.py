@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reader of Park Systems .tiff: a TIFF with a coloured picture, and the values and their header in private tags.
 
-A value is gain times (integer times scale plus offset). Lines run from the scan's bottom up. (Format: Park Systems,
-"Park TIFF file format".)"""
+A value is gain times (integer times scale plus offset). Lines run from the scan's bottom up; if its axes are swapped,
+from left to right. (Format: Park Systems, "Park TIFF file format"; swapped axes: Gwyddion's module psia.)"""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def _maps(file: BinaryIO) -> list[StoredMap]:
     needed = _HEADER_BYTES[int(page[_VERSION].number(file))]
     header = read_exactly(file, page[_HEADER].start, needed)
     cols, rows = struct.unpack_from("<2I", header, 100)
-    (forward,) = struct.unpack_from("<I", header, 128)
+    forward, _, swapped = struct.unpack_from("<3I", header, 128)
     width, height = struct.unpack_from("<2d", header, 140)
     gain, scale, offset = struct.unpack_from("<3d", header, 220)
     # The first version holds 16-bit integers.
@@ -41,13 +41,16 @@ def _maps(file: BinaryIO) -> list[StoredMap]:
         raise ValueError(f"{rows} x {cols} values declared, and {page[_DATA].count} bytes are there")
     block = Block(page[_DATA].start, (rows, cols), kind).within(file)
     channel = Channel(_text(header, 4, 32), "forward" if forward else "backward", base)
-    pixel = height * 1e-6 / rows, width * 1e-6 / cols
-    factor = gain * (scale or 1.0) * size
-    return [StoredMap(channel, block.shape, pixel, partial(_values, block, factor, gain * offset * size))]
+    shape, pixel = block.shape, (height * 1e-6 / rows, width * 1e-6 / cols)
+    if swapped:
+        shape, pixel = (cols, rows), (pixel[1], pixel[0])
+    load = partial(_values, block, gain * (scale or 1.0) * size, gain * offset * size, bool(swapped))
+    return [StoredMap(channel, shape, pixel, load)]
 
 
-def _values(block: Block, factor: float, offset: float, file: BinaryIO) -> np.ndarray:
-    return block.scaled(file, scale=factor, offset=offset)[::-1]
+def _values(block: Block, factor: float, offset: float, swapped: bool, file: BinaryIO) -> np.ndarray:
+    values = block.scaled(file, scale=factor, offset=offset)[::-1]
+    return np.rot90(values) if swapped else values
 
 
 def _text(header: bytes, at: int, characters: int) -> str:

@@ -15,6 +15,14 @@ from .channels import Channel
 BEGINNING_BYTES = 4096
 
 
+class KnownFault(Exception):
+    """Raised for a file whose fault is known, such as another format with the same first bytes, with the remedy."""
+
+    def __init__(self, fault: str, remedy: str) -> None:
+        super().__init__(fault, remedy)
+        self.fault, self.remedy = fault, remedy
+
+
 @runtime_checkable
 class Reader(Protocol):
     """A reader of one file format.
@@ -53,7 +61,7 @@ class Reader(Protocol):
     ) -> HeightMap:
         """Read a file as measured: not levelled, NaN for missing pixels.
 
-        A reader that needs sizes ignores `channel`; other readers ignore the sizes, and read the topography if
-        `channel` is None. Raises GratingError if the file is damaged or a value is missing, OSError if the file cannot
-        be opened."""
+        A reader that needs sizes ignores `channel`. Other readers ignore `height_nm`, take `size_um` in place of the
+        file's own width, and read the topography if `channel` is None. Raises GratingError if the file is damaged or a
+        value is missing, OSError if the file cannot be opened."""
         ...

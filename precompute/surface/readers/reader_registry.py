@@ -60,7 +60,7 @@ def read_height_map(
 ) -> HeightMap:
     """Read "sample:NAME", "grating:KIND?PARAMETERS" or a file, as measured: not levelled, NaN for missing pixels.
 
-    size_um    width of a picture in micrometres; None for other sources
+    size_um    width in micrometres: of a picture, or in place of a file's own; None for synthetic surfaces
     height_nm  height of white over black of a picture in nanometres; None for other sources
     channel    label of an instrument's channel, or the label's beginning, in any case; None for the topography, and for
                pictures and synthetic surfaces
@@ -76,7 +76,7 @@ def read_height_map(
     if reader.needs_size:
         _refuse(source, f"a {reader.name} file", channel=channel)
     else:
-        _refuse(source, f"a {reader.name} file", size_um=size_um, height_nm=height_nm)
+        _refuse(source, f"a {reader.name} file", height_nm=height_nm)
     try:
         height_map = reader.read(source, size_um=size_um, height_nm=height_nm, channel=channel)
     except OSError as error:
@@ -93,7 +93,10 @@ def read_other_way(height_map: HeightMap) -> HeightMap | None:
     A place of the surface has the same row and column in both scans, as in real files of Nanosurf, NanoScope, Asylum
     and JPK. Readers of mirrored formats turn them back (nanonis.py). Raises GratingError as `read_height_map` does."""
     label = other_way(height_map.channel, height_map.channels)
-    return None if label is None else read_height_map(height_map.source, channel=label)
+    if label is None:
+        return None
+    width_um = None if height_map.stored_width_m is None else height_map.size_m[1] * 1e6
+    return read_height_map(height_map.source, width_um, channel=label)
 
 
 def reader_of(source: str) -> Reader:
@@ -169,7 +172,7 @@ def _refuse(source: str, what: str, **options: object) -> None:
     given = [Setting[name.upper()] for name, value in options.items() if value is not None]
     if given:
         remedy = ["leave out ", given[0], *(part for setting in given[1:] for part in (" and ", setting))]
-        raise GratingError(source, f"{what} tells this by itself", remedy)
+        raise GratingError(source, f"{what} does not need it", remedy)
 
 
 def _refuse_beyond_reason(height_map: HeightMap) -> None:
@@ -186,7 +189,9 @@ def _refuse_beyond_reason(height_map: HeightMap) -> None:
     for side in height_map.pixel_size_m:
         if not _PIXEL_M[0] <= side <= _PIXEL_M[1]:
             raise GratingError(
-                source, f"a pixel of {side:.3g} m is not between 1 pm and 1 mm", "give the real size of the scan"
+                source,
+                f"a pixel of {side:.3g} m is not between 1 pm and 1 mm",
+                ("give ", Setting.SIZE_UM, ", the real width of the scan in micrometres"),
             )
     low, high = float(np.nanmin(height_map.height_m)), float(np.nanmax(height_map.height_m))
     if not high - low <= _RELIEF_MAX_M:

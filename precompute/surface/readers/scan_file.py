@@ -18,6 +18,8 @@ from ...base.failure import GratingError
 from ...base.memory import refuse_beyond_memory
 from ..height_map import HeightMap
 from .channels import Channel, choose_channel, shortened
+from .given_size import sized
+from .reader import KnownFault
 from .unread import CONVERT
 
 # The most points of a map, the same as Pillow's limit for pictures.
@@ -42,20 +44,12 @@ def refuse_too_large(source: str, shape: tuple[int, int]) -> None:
     )
 
 
-class OtherFormat(Exception):
-    """Raised for a file of another format with the same first bytes, with what it is and the remedy."""
-
-    def __init__(self, fault: str, remedy: str) -> None:
-        super().__init__(fault, remedy)
-        self.fault, self.remedy = fault, remedy
-
-
 @dataclass(frozen=True)
 class StoredMap:
     """One map of values in a file, not read yet.
 
     shape         (rows, cols)
-    pixel_size_m  (dy, dx)
+    pixel_size_m  (dy, dx); NaN or 0 if the file stores no lengths
     load          reads the values (rows, cols) in the channel's unit, row 0 the scan's top, NaN if missing"""
 
     channel: Channel
@@ -69,7 +63,7 @@ class ScanReader:
     """Reader of a format that holds its units, see `Reader`.
 
     begins  recognises a file by its first bytes
-    maps    lists the maps of an open file in the file's order; raises one of DAMAGE, or OtherFormat"""
+    maps    lists the maps of an open file in the file's order; raises one of DAMAGE, or KnownFault"""
 
     name: str
     extensions: tuple[str, ...]
@@ -100,6 +94,7 @@ class ScanReader:
             channels = tuple(each.channel for each in maps)
             chosen = maps[choose_channel(source, channels, channel)]
             refuse_too_large(source, chosen.shape)
+            pixel_size_m, stored_width_m = sized(source, chosen.pixel_size_m, cols=chosen.shape[1], size_um=size_um)
             try:
                 with np.errstate(all="ignore"):  # HeightMap refuses infinite heights
                     heights = chosen.load(file)
@@ -107,17 +102,18 @@ class ScanReader:
                 raise self._damaged(source, error) from error
         return HeightMap(
             height_m=heights,
-            pixel_size_m=chosen.pixel_size_m,
+            pixel_size_m=pixel_size_m,
             source=source,
             channel=chosen.channel.label,
             channels=tuple(each.label for each in channels),
+            stored_width_m=stored_width_m,
         )
 
     def _maps(self, source: str, file: BinaryIO) -> list[StoredMap]:
         """List the maps of a file; numbers distinguish equal labels."""
         try:
             maps = self.maps(file)
-        except OtherFormat as error:
+        except KnownFault as error:
             raise GratingError(source, error.fault, error.remedy) from error
         except DAMAGE as error:
             raise self._damaged(source, error) from error

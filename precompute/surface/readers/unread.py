@@ -9,7 +9,7 @@ import struct
 from collections import Counter
 from collections.abc import Iterable
 
-from .number_text import decoded, is_numbers, with_points
+from .number_text import decoded, is_numbers, odd_words, with_points, words_among_numbers
 
 # Gwyddion reads about 150 formats, and its own files are read here without loss.
 CONVERT = "convert it with Gwyddion: gwyddion --convert-to-gwy=OUT.gwy IN"
@@ -27,6 +27,8 @@ _OTHERS: tuple[tuple[int, bytes, str, str], ...] = (
     (0, b"ONTMATRX0101", "an Omicron MATRIX file", CONVERT),
     (0, b"[Parameter]", "a Createc file", CONVERT),
     (0, b"[Paramet32]", "a Createc file", CONVERT),
+    (0, b"[Paramco32]", "a Createc file", CONVERT),
+    (0, b"VCA DATA\x01\x00\x00\x55", "a Dektak .opdx file", CONVERT),
     (2, "STiMage 00".encode("utf-16-le"), "an RHK file", CONVERT),
     (0, b"ISO/TC 201 SPM data transfer format", "an ISO 28600 file", CONVERT),
     (0, b"CDF\x01", "a NetCDF file", CONVERT),
@@ -96,18 +98,24 @@ def _igor_fault(beginning: bytes) -> tuple[str, str] | None:
 
 
 def _table_fault(beginning: bytes) -> tuple[str, str] | None:
-    """Identify a text with numbers under a heading that is not marked as a comment."""
+    """Identify a text with numbers under a heading that is not marked as a comment, or with words among the numbers."""
     if b"\0" in beginning:
         return None
-    lines = decoded(beginning).splitlines()
     # The last line may be cut.
-    numbers = [line for line in lines[:-1] if line.strip() and is_numbers(line.encode())]
-    counts = Counter(len(with_points(line).split()) for line in numbers)
+    lines = [line for line in decoded(beginning).splitlines()[:-1] if line.strip() and not line.startswith("#")]
+    are_numbers = [is_numbers(line.encode()) for line in lines]
+    counts = Counter(len(with_points(line).split()) for line, found in zip(lines, are_numbers, strict=True) if found)
     if not counts:
         return None
     columns, count = counts.most_common(1)[0]
     if count < _TABLE_LINES:
         return None
+    first = are_numbers.index(True)
+    marked = "put a # before each line of the heading"
+    for line, found in zip(lines[first:], are_numbers[first:], strict=True):
+        if not found and (words := odd_words(line)):
+            fault, remedy = words_among_numbers(words)
+            return fault, f"{remedy}, and {marked}" if first else remedy
     if columns < 3:
         return f"a text of {columns} columns under a heading, as of a profile", "export the whole map"
-    return f"a text of {columns} columns under a heading", "put a # before each line of the heading"
+    return f"a text of {columns} columns under a heading", marked

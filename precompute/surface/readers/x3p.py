@@ -14,7 +14,8 @@ import numpy as np
 
 from ...base.strict_zip import Archive
 from .channels import Channel
-from .scan_file import OtherFormat, ScanReader, StoredMap
+from .reader import KnownFault
+from .scan_file import ScanReader, StoredMap
 from .unread import CONVERT, archive_fault, first_member
 from .x3p_xml import XML_MAX, Description
 
@@ -23,12 +24,12 @@ _KINDS = {"I": "<i2", "L": "<i4", "F": "<f4", "D": "<f8"}
 
 
 def _described(archive: Archive) -> tuple[str, Description]:
-    """Find main.xml and return its folder and description. Raises OtherFormat if there is none."""
+    """Find main.xml and return its folder and description. Raises KnownFault if there is none."""
     names = [name for name in archive.names if re.search(r"(^|/)main\.xml$", name)]
     names = [name for name in names if not name.startswith("__MACOSX")]
     if not names:
         known = archive_fault(archive.names)
-        raise OtherFormat(*(known or ("a zip archive without main.xml, thus no X3P", CONVERT)))
+        raise KnownFault(*(known or ("a zip archive without main.xml, thus no X3P", CONVERT)))
     return names[0].removesuffix("main.xml"), Description(archive.read(names[0], XML_MAX))
 
 

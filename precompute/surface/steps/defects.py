@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
 from ...base.failure import GratingError
+from ...colour.observer import WAVELENGTH_MIN_M
 from ..height_map import HeightMap
 from ..holes import fill_missing
 from .loss import told_loss
@@ -19,6 +21,8 @@ from .step import Done
 _SHARE_MAX = 0.1
 # A scar, left by a tip that slipped, is at least 16 pixels long along a row and at most four rows wide.
 _SCAR_LENGTH, _SCAR_ROWS = 16, 4
+# A lower scar shifts the phase of violet light by less than 0.1 rad, which changes no colour.
+_SCAR_FLOOR_M = 0.1 * WAVELENGTH_MIN_M / (4 * math.pi)
 # The background under dust is the median of blocks, at most _BLOCKS along a side, each at least _LEAST_BLOCK pixels
 # wide: wider than dust and most periods.
 _BLOCKS = 16
@@ -31,7 +35,7 @@ _ROWS_AT_ONCE = 256
 
 def remove_scars(height_map: HeightMap, times: float) -> Done:
     """Turn scars into holes. A scar lies above, or below, both the row before and the row after it, by more than
-    `times` the rms difference of neighbouring rows."""
+    `times` the rms difference of neighbouring rows, and at least 3 nm."""
     return _removed(height_map, scars(height_map.height_m, times), "scars", times)
 
 
@@ -66,7 +70,7 @@ def scars(height: np.ndarray, times: float) -> np.ndarray:
     mask = np.zeros(height.shape, bool)
     if len(height) < 3:
         return mask
-    threshold = times * np.sqrt(np.nanmean(np.diff(height, axis=0) ** 2))
+    threshold = max(_SCAR_FLOOR_M, times * np.sqrt(np.nanmean(np.diff(height, axis=0) ** 2)))
     # Comparisons with NaN are False: no scar.
     for up in (height, -height):
         for wide in range(1, min(_SCAR_ROWS, len(height) - 2) + 1):

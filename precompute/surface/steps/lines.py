@@ -18,7 +18,12 @@ from .step import Done
 def align_lines(height_map: HeightMap, by: str) -> Done:
     """Shift each row; rows without heights stay. "median" gives each row the median zero. "difference" gives all rows
     the same typical difference from the row above, which slopes and particles hardly change."""
-    height = height_map.height_m
+    aligned = aligned_rows(height_map.height_m, by)
+    return told_loss(height_map, replace(height_map, height_m=aligned, periodic=False))
+
+
+def aligned_rows(height: np.ndarray, by: str) -> np.ndarray:
+    """Return heights (rows, cols) with shifted rows; see align_lines."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # from a missing row
         if by == "median":
@@ -27,8 +32,7 @@ def align_lines(height_map: HeightMap, by: str) -> Done:
             steps = _middle_mean(np.diff(height, axis=0))
             # Gentle rises and steep falls have a median difference in every row, which would add up to a tilt.
             shift = np.concatenate([[0.0], np.cumsum(np.nan_to_num(steps - np.nanmean(steps)))])
-    aligned = height - np.nan_to_num(shift)[:, None]
-    return told_loss(height_map, replace(height_map, height_m=aligned, periodic=False))
+    return height - np.nan_to_num(shift)[:, None]
 
 
 def _middle_mean(values: np.ndarray) -> np.ndarray:

@@ -47,7 +47,7 @@ KINDS: dict[str, Kind] = {
         Kind("poly", "take a polynomial background of a degree out", background, (Number("DEGREE", 1, 5, 2, True),)),
         Kind("lines", "shift each scan line (left to right) to fit; erases grooves along it", align_lines,
              (Word(("median", "difference")),)),
-        Kind("scars", "streaks along scan lines, by K times the rms difference of lines", remove_scars,
+        Kind("scars", "streaks along scan lines, by K times the rms difference of lines and 3 nm or more", remove_scars,
              (Number("K", 0.1, 100, 1.0),)),
         Kind("outliers", "single pixels, by K standard deviations", remove_outliers, (Number("K", 1, 1000, 8.0),)),
         Kind("dust", "dust and scratches, by K standard deviations of the relief", remove_dust,

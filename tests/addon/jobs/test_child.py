@@ -137,7 +137,7 @@ def test_a_failure_comes_with_its_fields(addon, scan, tmp_path):
     with pytest.raises(addon.child.GratingError) as failure:
         job.result()
     error, setting = failure.value, addon.wording.Setting
-    assert (error.what, error.fault) == (str(scan), "a picture carries no size")
+    assert (error.what, error.fault) == (str(scan), "a picture stores no width")
     assert error.remedy == ("give ", setting.SIZE_UM, ", the width of the scan in micrometres")
 
 

@@ -121,7 +121,7 @@ def test_a_text_that_is_no_grating_is_refused_in_one_line(text, told):
 
 
 def test_a_grating_takes_no_size():
-    with pytest.raises(GratingError, match="a grating by its parameters tells this by itself; leave out --size-um"):
+    with pytest.raises(GratingError, match="a grating by its parameters does not need it; leave out --size-um"):
         read_height_map("grating:blazed", size_um=65)
 
 

@@ -212,35 +212,6 @@ def test_an_asylum_wave_without_units_is_in_metres(tmp_path, fails):
     assert "no channel holds heights ('Height trace' carries no unit" in fails("igor.ibw", bytes(bare))
 
 
-@pytest.mark.parametrize("start", [b"\\*Force file list", None])
-def test_nanoscope_force_curves_are_told_to_be_no_image(fails, start):
-    whole = instruments.nanoscope(HEIGHTS, PIXEL_M)
-    spoiled = whole.replace(b"\\*File list\r", start + b"\r", 1) if start else whole.replace(b"OL2BIG", b"FOL2BG", 1)
-    assert "holds curves" in fails("curves.spm", spoiled)
-
-
-def test_nanoscope_lengths_need_no_sensitivity(tmp_path):
-    whole = instruments.nanoscope(HEIGHTS, PIXEL_M)
-    bare = whole.replace(b"V [Sens. ZsensSens] (0.0001 V/LSB) 2 V", b"V (0.0001 nm/LSB) 800 nm              ")
-    np.testing.assert_allclose(
-        read_height_map(write(tmp_path, "bare.spm", bare)).height_m, HEIGHTS, rtol=1e-12, atol=SPAN_M / 2**17 * 1.001
-    )
-
-
-@pytest.mark.parametrize(
-    "scan_size, sides_um",
-    [("\\Scan Size: 2 1 ~m", (1.0, 2.0)), ("\\Scan Size: 500 nm", (0.3, 0.5)), ("\\Scan Size: 5000 \xc5", (0.3, 0.5))],
-)
-def test_nanoscope_scan_sizes(tmp_path, scan_size, sides_um):
-    """Width before height; one number means square pixels: 24 rows of 40 columns."""
-    whole = instruments.nanoscope(HEIGHTS, PIXEL_M)
-    start = whole.index(b"\\Scan Size")
-    length = whole.index(b"\r", start) - start
-    for_all = whole.replace(whole[start : start + length], scan_size.encode("latin-1").ljust(length))
-    height_map = read_height_map(write(tmp_path, "sized.spm", for_all))
-    assert height_map.size_m == pytest.approx(np.multiply(sides_um, 1e-6), rel=1e-12)
-
-
 @pytest.mark.parametrize("inversion, turned", [(1, -HEIGHTS), (2, -HEIGHTS[:, ::-1]), (3, -HEIGHTS[::-1])])
 def test_what_digital_surf_inverted_is_turned_back(tmp_path, inversion, turned):
     whole = bytearray(instruments.digital_surf(HEIGHTS, PIXEL_M))

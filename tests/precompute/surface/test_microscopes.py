@@ -5,12 +5,16 @@ import struct
 
 import numpy as np
 import pytest
+from gwyfile.objects import GwyDataField
 
-from laboratory.benchmarks.hostile import microscopes
+from laboratory.benchmarks.hostile import instruments, microscopes
 from laboratory.benchmarks.hostile.instruments import SPAN_M
+from precompute.bake.bake_folder import bake_to_folder
+from precompute.bake.request import BakeRequest
 from precompute.base.failure import GratingError
-from precompute.surface.readers.reader_registry import read_height_map
-from tests.precompute.surface.scan_files import PIXEL_M, TILTED
+from precompute.surface.description import describe
+from precompute.surface.readers.reader_registry import read_height_map, read_other_way
+from tests.precompute.surface.scan_files import COLS, PIXEL_M, ROWS, SIZE_UM, TILTED, gwy_bytes, nid_bytes
 
 HEIGHTS = TILTED - 100e-9
 
@@ -142,3 +146,53 @@ def test_high_speed_movies_that_promise_more_than_they_hold(fails):
     assert "values declared, and" in fails("frames.asd", bytes(whole))
     struct.pack_into("<i", whole, 36, 2**30)
     assert "frames of 2 channels" in fails("movie.asd", bytes(whole))
+
+
+def test_swapped_axes_of_park_are_turned_as_gwyddion_turns_them(tmp_path):
+    """By 90 degrees counterclockwise, with the sides."""
+    whole = bytearray(instruments.park(HEIGHTS, PIXEL_M))
+    header = whole.index("Z Height".encode("utf-16-le")) - 4
+    struct.pack_into("<I", whole, header + 136, 1)
+    struct.pack_into("<d", whole, header + 148, 2 * HEIGHTS.shape[0] * PIXEL_M * 1e6)
+    height_map = read_height_map(write(tmp_path, "swapped.tiff", bytes(whole)))
+    np.testing.assert_allclose(height_map.height_m, np.rot90(HEIGHTS), atol=1e-13)
+    assert height_map.pixel_size_m == pytest.approx((PIXEL_M, 2 * PIXEL_M))
+
+
+def test_sides_and_heights_in_other_units_than_metres(tmp_path):
+    """Gwyddion and Nanosurf write metres; other programs that write their formats need not."""
+    field = GwyDataField(HEIGHTS * 1e9, COLS * PIXEL_M * 1e6, ROWS * PIXEL_M * 1e6, si_unit_xy="um", si_unit_z="nm")
+    nid = nid_bytes(HEIGHTS)
+    for key, size, unit in ((b"Dim0Range", COLS * PIXEL_M, b"Dim0Unit"), (b"Dim1Range", ROWS * PIXEL_M, b"Dim1Unit")):
+        nid = nid.replace(b"%s=%r" % (key, size), b"%s=%r" % (key, size * 1e6)).replace(unit + b"=m", unit + b"=um")
+    for name, data in (("um.gwy", gwy_bytes({"/0/data": field})), ("um.nid", nid)):
+        height_map = read_height_map(write(tmp_path, name, data))
+        np.testing.assert_allclose(height_map.height_m, HEIGHTS, atol=1e-15)
+        assert height_map.pixel_size_m == pytest.approx((PIXEL_M, PIXEL_M))
+
+
+def test_a_width_replaces_the_file_s_own_with_a_warning(tmp_path, fails):
+    """The pixels keep their aspect ratio, also in the scan of the other direction. The file's heights stay."""
+    whole = instruments.gsf(HEIGHTS, PIXEL_M, across=2.0)
+    path = write(tmp_path, "wide.gsf", whole)
+    height_map = read_height_map(path, 4.0)
+    assert height_map.size_m == pytest.approx((4e-6 / COLS * ROWS / 2, 4e-6))
+    told = "the width is 4000 nm as given, instead of the 2000 nm in the file"
+    assert ("size", "usable", told) in [(f.topic, f.light, f.sentence) for f in describe(height_map).quality.findings]
+    facts = bake_to_folder([height_map], BakeRequest(), tmp_path / "out", progress=lambda *_: None)
+    assert facts["levelling"][0] == f"warning: {told}"
+    assert "a Gwyddion Simple Field file does not need it; leave out --height-nm" in fails("a.gsf", whole, height_nm=1)
+
+    whole = instruments.agilent(HEIGHTS, PIXEL_M)
+    own = read_height_map(write(tmp_path, "own.mi", whole))
+    for key in (b"xLength", b"yLength"):
+        at = whole.index(key)
+        whole = whole[:at] + whole[whole.index(b"\n", at) + 1 :]
+    assert (
+        fails("bare.mi", whole)
+        == "the file has no usable pixel size; give --size-um, the width of the scan in micrometres"
+    )
+    given = read_height_map(str(tmp_path / "bare.mi"), SIZE_UM)
+    assert given.size_m == pytest.approx(own.size_m)
+    assert read_other_way(given).size_m == given.size_m
+    assert "size" not in [finding.topic for finding in describe(given).quality.findings]

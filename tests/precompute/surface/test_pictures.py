@@ -12,7 +12,7 @@ from PIL import Image
 
 from laboratory.benchmarks.hostile import instruments
 from precompute.base.failure import GratingError
-from tests.precompute.surface.scan_files import GREY8, GREY16, TILTED, picture, read_picture
+from tests.precompute.surface.scan_files import GREY8, GREY16, PIXEL_M, TILTED, picture, read_picture
 
 
 @pytest.mark.parametrize("mode", ["RGB", "RGBA", "LA", "P"])
@@ -145,6 +145,20 @@ def test_an_exr_that_is_not_whole(fails, tmp_path):
     assert "pixels declared" in fails("wide.exr", wide, **sizes)
 
 
+def test_pixels_that_are_not_square(tmp_path):
+    """An EXR's are read as declared. The resolutions of other pictures are seldom meant, so they give an error."""
+    whole = instruments.exr(TILTED, PIXEL_M)
+    mark = b"pixelAspectRatio\0float\0" + struct.pack("<if", 4, 1)
+    assert mark in whole
+    (tmp_path / "wide.exr").write_bytes(whole.replace(mark, mark[:-4] + struct.pack("<f", 2)))
+    height_map = read_picture(tmp_path / "wide.exr")
+    assert height_map.pixel_size_m == pytest.approx((PIXEL_M / 2, PIXEL_M))
+    for name in ("dpi.png", "dpi.tif", "dpi.bmp"):
+        assert read_picture(picture(tmp_path / name, GREY8, dpi=(300, 299))).cols == GREY8.shape[1]
+        with pytest.raises(GratingError, match="not to be square, 300 to 150 per length; resample"):
+            read_picture(picture(tmp_path / name, GREY8, dpi=(300, 150)))
+
+
 def test_a_tiff_of_several_pages_is_refused(tmp_path):
     pages = [Image.fromarray(GREY8)] * 2
     pages[0].save(tmp_path / "pages.tif", save_all=True, append_images=pages[1:])
@@ -154,7 +168,7 @@ def test_a_tiff_of_several_pages_is_refused(tmp_path):
 
 @pytest.mark.parametrize("name", ["st_example_ps.tiff", "afmreader_sample_0.jpk"])
 def test_instrument_files_in_a_tiff_are_not_taken_for_pictures(shared_data, name):
-    with pytest.raises(GratingError, match="a (Park|JPK) file tells this by itself"):
+    with pytest.raises(GratingError, match="a (Park|JPK) file does not need it"):
         read_picture(shared_data / "formats" / name)
 
 

@@ -31,6 +31,16 @@ def igor_wave(version, order):
     return bytes(head) + bytes(400)
 
 
+# A matrix under its x axis and beside its y axis, with an empty corner.
+AXES = "\n".join(
+    ",".join(row)
+    for row in (
+        ["", *(f"{0.2 * col:.1f}" for col in range(12))],
+        *([f"{0.1 * row:.1f}", *(str(height) for height in heights[:12])] for row, heights in enumerate(GREY8[:9])),
+    )
+).encode()
+
+
 @pytest.mark.parametrize(
     "name, data, told",
     [
@@ -51,12 +61,22 @@ def igor_wave(version, order):
         ("skin.png", b"\xff\xd8\xff\xe0" + bytes(500), "a JPEG picture"),
         ("profile.txt", b"Width(um) Height(nm)\n" + b"0.1 2.5\n" * 900, "a text of 2 columns under a heading, as of"),
         ("table.csv", b"x;y;z\n" + b"1,5;2,5;3,5\n" * 9, "a text of 3 columns under a heading; put a # before each"),
+        ("map.asc", b"Size\t3\n" + b"1 2 3\n" * 9 + b"Bad 2 3\n" * 2,
+         "'Bad' stands in the place of a number; write nan for points that were not measured, and put a # before each"),
+        ("map.xyz", b"0 0 1\n" * 9 + b"0 0 No Data\n" * 2, "'No Data' stands in the place of a number; write nan for"),
+        ("late.csv", b"1,2,3,4\n" * 900 + b"1,x,3,4\n", "'x' stands in the place of a number; write nan for points that"),
+        ("uneven.csv", b"1,2,3,4\n" * 900 + b"1,2\n", "row 901 has 2 numbers, and row 1 has 4; give each row the same"),
+        ("axes.csv", AXES, "its first row and column are axes, no heights; delete the first row and the first column"),
+        ("corner.csv", b"0" + AXES, "its first row and column are axes, no heights; delete the first row"),
+        ("scan.dat", b"[Paramco32]\r\n" + bytes(500), f"a Createc file, which is not read here; {CONVERT}"),
+        ("scan.opdx", b"VCA DATA\1\0\0\x55" + bytes(500), f"a Dektak .opdx file, which is not read here; {CONVERT}"),
         ("notes.txt", b"something else\n" * 30, f"misnamed or of another program; export it again, or {CONVERT}"),
         ("scan.xyzw", b"\1\2\3\4" * 300, f"not a format that is read here; {CONVERT}, or export it as one of .nid"),
     ],
 )  # fmt: skip
 def test_what_a_file_is_and_how_to_convert_it(fails, name, data, told):
-    assert told in fails(name, data)
+    sizes = {"size_um": 1, "height_nm": 1} if name in ("late.csv", "uneven.csv", "axes.csv", "corner.csv") else {}
+    assert told in fails(name, data, **sizes)
 
 
 @pytest.mark.parametrize("name", ["nanoscope", "jpk", "agilent", "sdf"])
@@ -68,9 +88,13 @@ def test_a_damaged_file_may_be_converted_too(fails, name):
 
 
 def test_a_table_with_its_heading_marked_is_read(tmp_path):
+    """Also with its numbers in quotes."""
     path = tmp_path / "marked.txt"
     path.write_bytes(b"# Heights in nm\n" + instruments.matrix(TILTED, PIXEL_M))
-    assert read_height_map(str(path), SIZE_UM, 1.0).rows == len(TILTED)
+    heights = read_height_map(str(path), SIZE_UM, 1.0).height_m
+    quoted = "\n".join(",".join(f'"{value:.17g}"' for value in row) for row in heights * 1e9)
+    path.write_text(f"# Heights in nm\n{quoted}\n")
+    np.testing.assert_allclose(read_height_map(str(path), SIZE_UM, 1.0).height_m, heights, rtol=1e-12)
 
 
 @pytest.mark.parametrize("shape", [(1, 512), (512, 1), (2, 512), (512, 2), (7, 512), (512, 7), (7, 7), (1, 1)])
