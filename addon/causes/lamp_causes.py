@@ -13,6 +13,7 @@ from ..lamps.sky import source_count
 from ..lamps.strength import irradiances
 from ..materials.group_users import listed
 from ..materials.skin import answers_to_world
+from ..worlds.world_light import world_light
 from .cause import Cause, light_button, mend
 from .shown_things import hidden_by
 from .subject import Subject
@@ -64,7 +65,7 @@ def why_dark(lamp: bpy.types.Object, subject: Subject) -> str:
 def _without_lamps(subject: Subject) -> str:
     if _lights_alone(subject):
         return "and with Lamps Only nothing else lights the diffraction, so it is black"
-    return "and an even world shows no colours" if _world_shines(subject.scene) else "and its world is black"
+    return "and an even world shows no colours" if world_light(subject.scene.world) > 0 else "and its world is black"
 
 
 def has_other_light(subject: Subject) -> bool:
@@ -73,27 +74,12 @@ def has_other_light(subject: Subject) -> bool:
     if _lights_alone(subject):
         return False
     scene = subject.scene
-    is_uneven = _world_shines(scene) and _is_uneven(scene.world) and source_count(scene) == 0
+    is_uneven = world_light(scene.world) > 0 and _is_uneven(scene.world) and source_count(scene) == 0
     return is_uneven or any(_shines(each) for each in _other_materials(subject))
 
 
 def _lights_alone(subject: Subject) -> bool:
     return subject.lit_by == LAMPS_ONLY or not answers_to_world(subject.group)
-
-
-def _world_shines(scene: bpy.types.Scene) -> bool:
-    """Whether the scene's world gives light, as far as its first Background node tells."""
-    if scene.world is None:
-        return False
-    tree = compat.world_nodes(scene.world)
-    if tree is None:
-        return max(scene.world.color) > 0
-    shown = [node for node in tree.nodes if node.type == "BACKGROUND"]
-    return not shown or any(
-        (node.inputs["Strength"].is_linked or node.inputs["Strength"].default_value > 0)
-        and (node.inputs["Color"].is_linked or max(node.inputs["Color"].default_value[:3]) > 0)
-        for node in shown
-    )
 
 
 def _is_uneven(world: bpy.types.World) -> bool:

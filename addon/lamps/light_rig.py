@@ -29,7 +29,8 @@ class RigLamp:
     sizes       width and height, seen from the middle: as angles in radians for a sun, else over the distance
     to          (3,), the unit vector from the middle to the lamp
     irradiance  at the middle, of a surface that faces the lamp, W/m2
-    distance    from the middle, m; a sun only stands there"""
+    distance    from the middle, m; a sun only stands there
+    is_card     it is only there to be reflected, and leaves matt surfaces as they are"""
 
     name: str
     kind: str
@@ -37,6 +38,7 @@ class RigLamp:
     to: np.ndarray
     irradiance: float
     distance: float
+    is_card: bool = False
 
     @property
     def variance(self) -> float:
@@ -63,10 +65,15 @@ def variance_of(kind: str, sizes: tuple[float, float]) -> float:
     return (width**2 + height**2) / 24 if kind == "AREA" else width * height / 16
 
 
+def is_of_rig(thing: bpy.types.Object) -> bool:
+    """Whether an object is a lamp of a light rig."""
+    return stored.flag(thing, _RIG)
+
+
 def replace_rig(scene: bpy.types.Scene, lamps: Sequence[RigLamp], middle: np.ndarray) -> list[bpy.types.Object]:
     """Remove the lamps of the scene's former rig, and add these. Returns the added objects."""
     collection = _collection_of(scene)
-    for former in [thing for thing in collection.objects if stored.flag(thing, _RIG)]:
+    for former in list(filter(is_of_rig, collection.objects)):
         data = former.data
         bpy.data.objects.remove(former)
         if data is not None and not data.users:
@@ -103,5 +110,8 @@ def _add(collection: bpy.types.Collection, lamp: RigLamp, middle: np.ndarray) ->
     made.location = Vector(middle.tolist()) + lamp.distance * to
     made.rotation_euler = to.to_track_quat("Z", "Y").to_euler()
     made.visible_camera = False  # a lamp should not stand in the picture
+    if lamp.is_card:
+        made.visible_diffuse = made.visible_volume_scatter = False  # for Cycles
+        data.diffuse_factor = data.volume_factor = 0.0  # for EEVEE
     collection.objects.link(made)
     return made

@@ -95,6 +95,8 @@ class GratingFacts:
     variation  how it varies over the surface
     hologram   the patterns of holograms in its materials
     crowded    a line if EEVEE has no room for all lamps or sources
+    far_lamps  a line for each lamp whose spectrum its bake answers badly
+    dull       a line if it has little to reflect
     no_set     a line if it is set to respond to more than lamps but cannot"""
 
     scans: tuple[str, ...] = ()
@@ -106,6 +108,7 @@ class GratingFacts:
     hologram: str = "None"
     crowded: tuple[str, ...] = ()
     far_lamps: tuple[str, ...] = ()
+    dull: tuple[str, ...] = ()
     no_set: str = ""
 
 
@@ -266,6 +269,7 @@ def _of_grating(grating: Grating, scene: bpy.types.Scene) -> GratingFacts:
     from ..materials.group_users import on_objects, shown_by
     from ..materials.lamp_errors import far_lamps
     from ..workflow.adding_holograms import hologram_summary
+    from ..workflow.reflections import dull
 
     objects = shown_by(group)
     lacks_set = grating.lit_by != LAMPS_ONLY and not answers_to_world(group)
@@ -279,6 +283,7 @@ def _of_grating(grating: Grating, scene: bpy.types.Scene) -> GratingFacts:
         hologram=hologram_summary(group),
         crowded=tuple(crowded(group)),
         far_lamps=tuple(far_lamps(group, scene)),
+        dull=tuple(dull(scene, grating)),
         no_set=f"{grating.name}: {translated(NO_SAMPLE_SET)}" if lacks_set else "",
     )
 

@@ -63,7 +63,7 @@ def draw_light(layout, context, grating, *, facts: Facts) -> None:
         left_out = marked("All lamps are left out, so the diffraction is black")
         none = marked("The scene has no lamp, so the diffraction is black")
         draw_note(column, context, left_out if scene.others else none, icon="INFO")
-    for line in facts.scene.features:
+    for line in (*facts.scene.features, *facts.grating.dull):
         draw_note(column, context, line, icon="INFO")
     for line in facts.grating.far_lamps if lights != ALL else ():
         draw_note(column, context, line, icon="INFO")

@@ -2,7 +2,7 @@
 """Adding a light rig: lamps at the places from which the camera sees the most of a grating's colours."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import bpy
@@ -26,12 +26,14 @@ from ..cameras.camera_look import skin_of
 from ..cameras.camera_rays import Pixels
 from ..cameras.seen_surfaces import boxes_with_gratings, rays_that_hit, seen_by
 from ..cameras.view_rays import seen_from
+from ..gratings.lights_choice import LAMPS_ONLY
 from ..lamps.light_rig import FLASH, GRID, ORDERS, POINTS, STUDIO, SUN, WINDOW, RigLamp, replace_rig
-from ..materials.group_properties import variation_of
+from ..materials.group_properties import lights_of, variation_of
 from ..materials.group_users import on_objects
 from ..materials.material import linked_among
 from .adding_diffraction_lamps import shows_grating
 from .following_lamps import update_lamps
+from .reflections import cards, lacks_reflections
 from .restoring_bakes import bake_of, bake_shown_by
 from .rig_places import Lit, across, beside_camera, beside_lens, to_view
 
@@ -107,7 +109,8 @@ def add_light_rig(
     if rig.kind == FLASH and pixels.lens is not None:
         key = replace(key, distance=float(np.linalg.norm(pixels.lens - lit.middle)))
     distance = math.inf if kind == "SUN" else key.distance
-    seen = _seen(scene, lit, counts_under=rig.kind == ORDERS)
+    tables = {group: _table_of(scene, group) for group in {each.node.node_tree for each in lit.places}}
+    seen = _seen(lit, tables, counts_under=rig.kind == ORDERS)
     lamp = Lamp(key.irradiance, key.variance, distance)
     if rig.kind == FLASH:
         lamps = [_flash(rig, key, seen, lamp, at=beside_lens(pixels, lit))]
@@ -122,6 +125,12 @@ def add_light_rig(
         raise GratingError(
             objects[0].name, "no lamp position shows its colours to the camera", "turn the object or the camera"
         )
+    metal = [each for each in lit.places if _mirrors(each.node.node_tree, tables)]
+    if metal and lacks_reflections(scene, Vector(lit.middle.tolist())):
+        key = replace(key, irradiance=_KEY * rig.strength, distance=_FAR * lit.radius)
+        shadows = _Shadows(scene, depsgraph, lit, distance=key.distance)
+        prefer = _preference(pixels, lit, shadows, distance=key.distance)
+        lamps += cards(replace(lit, places=metal), key, prefer)
     added = replace_rig(scene, lamps, lit.middle)
     update_lamps(scene)
     names = [lamp.name for lamp in added]
@@ -163,10 +172,8 @@ def _corners(corners: np.ndarray, matrix: Matrix) -> np.ndarray:
     return corners @ world[:3, :3].T + world[:3, 3]
 
 
-def _seen(scene: bpy.types.Scene, lit: Lit, *, counts_under: bool) -> list[Seen]:
-    """The places with what their gratings show, and if asked what lies under a dielectric. Raises GratingError if a
-    bake is lost."""
-    tables = {group: _table_of(scene, group) for group in {each.node.node_tree for each in lit.places}}
+def _seen(lit: Lit, tables: Mapping[bpy.types.NodeTree, Table], *, counts_under: bool) -> list[Seen]:
+    """The places with what their gratings show, and if asked what lies under a dielectric."""
     return [
         Seen(
             each.points - lit.middle, each.to_view, _turned(each.frames, _turn_of(each.node)),
@@ -178,9 +185,15 @@ def _seen(scene: bpy.types.Scene, lit: Lit, *, counts_under: bool) -> list[Seen]
 
 
 def _table_of(scene: bpy.types.Scene, group: bpy.types.NodeTree) -> Table:
-    """The table of the bake that a Diffraction group shows, of a varied one its own."""
+    """The table of the bake that a Diffraction group shows, of a varied one its own. Raises GratingError if it is
+    lost."""
     owner = next((grating for grating in scene.natural_gratings.items if grating.group == group), None)
     return read(bake_shown_by(group) if owner is None else bake_of(owner))[0]
+
+
+def _mirrors(group: bpy.types.NodeTree, tables: Mapping[bpy.types.NodeTree, Table]) -> bool:
+    """Whether what a Diffraction group shows besides lamps is mostly reflected by a metal or by films."""
+    return tables[group].holds_reflectance and lights_of(group) != LAMPS_ONLY
 
 
 def _radiance(table: Table, skin: Skin) -> Radiance:

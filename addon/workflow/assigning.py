@@ -17,6 +17,7 @@ from .fitting_worlds import want_fit
 from .making_materials import beginning_of, group_of, lamps_alone, working_material
 from .material_slots import Selection, note_replaced
 from .noticing_outside import notice_outside
+from .reflections import dull
 from .varying import prepare_meshes
 
 
@@ -75,13 +76,14 @@ def _shows(mesh: bpy.types.Object, material: bpy.types.Material) -> bool:
 
 def further(scene: bpy.types.Scene, grating: Grating) -> list[str]:
     """Fit the world's sources if a material uses them. Returns warnings: the fit failed, the scene shows directions
-    that a bake does not hold, or EEVEE has no room for all lamps and sources of the grating."""
+    that a bake does not hold, EEVEE has no room for all lamps and sources of the grating, or it looks dark because it
+    has little to reflect."""
     failed = []
     try:
         want_fit(scene)
     except GratingError as error:
         failed = [str(error)]
-    return [*failed, *notice_outside(scene), *crowded(grating.group)]
+    return [*failed, *notice_outside(scene), *crowded(grating.group), *dull(scene, grating)]
 
 
 def _put_in_active_slot(selection: Selection, mesh: bpy.types.Object, material: bpy.types.Material) -> str:
