@@ -64,7 +64,7 @@ AXES = "\n".join(
         ("map.asc", b"Size\t3\n" + b"1 2 3\n" * 9 + b"Bad 2 3\n" * 2,
          "'Bad' stands in the place of a number; write nan for points that were not measured, and put a # before each"),
         ("map.xyz", b"0 0 1\n" * 9 + b"0 0 No Data\n" * 2, "'No Data' stands in the place of a number; write nan for"),
-        ("late.csv", b"1,2,3,4\n" * 900 + b"1,x,3,4\n", "'x' stands in the place of a number; write nan for points that"),
+        ("late.csv", b"1,2,3,4\n" * 900 + b"1,x,3,4\n", "'x' stands in the place of a number; write nan for"),
         ("uneven.csv", b"1,2,3,4\n" * 900 + b"1,2\n", "row 901 has 2 numbers, and row 1 has 4; give each row the same"),
         ("axes.csv", AXES, "its first row and column are axes, no heights; delete the first row and the first column"),
         ("corner.csv", b"0" + AXES, "its first row and column are axes, no heights; delete the first row"),
