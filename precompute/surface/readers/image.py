@@ -45,6 +45,8 @@ _TIFF_BITS, _TIFF_PHOTOMETRIC, _TIFF_SAMPLE_FORMAT = 258, 262, 339
 _UNSIGNED, _FLOATING = 1, 3
 # Pillow's names of the pixels per length along x and y, and the largest ratio of the two that may be rounding.
 _DENSITIES, _SQUARE = ("dpi", "aspect", "resolution"), 1.02
+# The tag of the orientation, which is 1 if row 0 is on top, and the flips that Pillow undoes in a TIFF.
+_ORIENTATION, _PILLOW_FLIPS = 274, (2, 3, 4)
 
 
 @dataclass(frozen=True)
@@ -163,6 +165,11 @@ def _refuse_what_is_no_grey_scale(source: str, picture: Image.Image) -> None:
             source,
             f"its pixels are declared not to be square, {float(along_x):.3g} to {float(along_y):.3g} per length",
             "resample it to square pixels, or save it without a resolution",
+        )
+    orientation = picture.getexif().get(_ORIENTATION, 1)
+    if orientation != 1 and not (picture.format == "TIFF" and orientation in _PILLOW_FLIPS):
+        raise GratingError(
+            source, f"its rows and columns are stored turned (orientation {orientation})", "turn it and save it upright"
         )
     refuse_beyond_memory(
         _BYTES_PER_PIXEL * rows * cols, f"reading {rows} x {cols} pixels", "crop or reduce the scan", source=source

@@ -159,6 +159,19 @@ def test_pixels_that_are_not_square(tmp_path):
             read_picture(picture(tmp_path / name, GREY8, dpi=(300, 150)))
 
 
+def test_pictures_that_are_stored_turned(tmp_path):
+    """A flipped TIFF is put upright; a turned one, and any such PNG, gives an error."""
+    for name, orientation in (("flipped.tif", 4), ("turned.tif", 6), ("flipped.png", 4)):
+        exif = Image.Exif()
+        exif[274] = orientation
+        path = picture(tmp_path / name, GREY8, exif=exif)
+        if name == "flipped.tif":
+            np.testing.assert_allclose(read_picture(path).height_m, GREY8[::-1] / 255 * 200e-9, atol=1e-20)
+            continue
+        with pytest.raises(GratingError, match=f"stored turned .orientation {orientation}.; turn it and save"):
+            read_picture(path)
+
+
 def test_a_tiff_of_several_pages_is_refused(tmp_path):
     pages = [Image.fromarray(GREY8)] * 2
     pages[0].save(tmp_path / "pages.tif", save_all=True, append_images=pages[1:])
