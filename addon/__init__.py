@@ -32,6 +32,7 @@ from .operators import (
     count_lamp,
     fit_frames,
     fit_world,
+    follows_job,
     import_height_map,
     level_steps,
     load_bake,
@@ -67,6 +68,7 @@ CLASSES = (
     material_look.MaterialLook,
     grating.Grating,
     grating.SceneGratings,
+    follows_job.CancelJob,
     import_height_map.ImportHeightMap,
     import_height_map.DropHeightMap,
     load_bake.LoadBake,
@@ -135,15 +137,6 @@ CLASSES = (
     panel.ReferencePanel,
 )
 
-# The operators that follow a job.
-FOLLOWING = (
-    bake_grating.BakeGrating,
-    bake_needs.BakeNeeds,
-    comb_grating.CombGrating,
-    fit_frames.FitFrames,
-    make_assets.MakeAssets,
-)
-
 _command = None
 
 
@@ -176,9 +169,8 @@ def register() -> None:
 def unregister() -> None:
     """Undo register() in reverse order. Gratings and materials stay in open files."""
     bpy.utils.unregister_cli_command(_command)
-    for following in FOLLOWING:
-        following.stop()
-    unwrap_meshes.stop_running_unwrap()
+    for follower in follows_job.followers():
+        follower.stop()
     previewing_levelling.stop()
     facts.stop()
     show_direction.set_shown(False)

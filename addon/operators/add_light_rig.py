@@ -21,8 +21,8 @@ KINDS = (
 
 class AddLightRig(bpy.types.Operator):
     """Add lamps at the angles that show most colour to the camera, or to this view, and switch the view to Rendered.
-    It lights the active object if it has a grating, else all objects with one. A metal in a dim world also gets cards to
-    reflect. Pressed again, it replaces its own lamps and keeps all other lamps and the world"""
+    It lights the active object if it has a grating, else all objects with one. A metal in a dim world also gets cards
+    to reflect. Pressed again, it replaces its own lamps and keeps all other lamps and the world"""
 
     bl_idname = "grating.light_rig"
     bl_label = "Light Rig"

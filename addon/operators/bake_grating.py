@@ -11,7 +11,7 @@ from .reports import report_failure
 
 
 class BakeGrating(FollowsBake, bpy.types.Operator):
-    """Compute the colours of the active grating for all directions, and measure their error. Esc cancels"""
+    """Compute the colours of the active grating for all directions, and measure their error"""
 
     bl_idname = "grating.bake"
     bl_label = "Bake Grating"

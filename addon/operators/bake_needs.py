@@ -13,7 +13,7 @@ from .reports import report_failure
 
 class BakeNeeds(FollowsBake, bpy.types.Operator):
     """Bake only the directions of the active grating that the scene's camera sees, over all frames if something moves.
-    It stops early if that saves little memory. Esc cancels; a single undo restores the former bake"""
+    It stops early if that saves little memory. A single undo restores the former bake"""
 
     bl_idname = "grating.needs"
     bl_label = "Bake for This Scene"

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 class CombGrating(FollowsJob, bpy.types.Operator):
     """Compute a smooth direction on the selected meshes and store it on them. With Direction set to Stored, the scan's
-    x axis (left to right) follows it and not the UV map, also when the mesh deforms. Esc cancels"""
+    x axis (left to right) follows it and not the UV map, also when the mesh deforms"""
 
     bl_idname = "grating.comb"
     bl_label = "Comb Grating"
@@ -30,7 +30,7 @@ class CombGrating(FollowsJob, bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         if CombGrating.job is not None:
-            cls.poll_message_set("Wait until the running comb ends, or press Esc to cancel it")
+            cls.poll_message_set("Wait until the running comb ends, or cancel it")
             return False
         return in_object_mode(cls, context) and has_selected_mesh(cls, context)
 

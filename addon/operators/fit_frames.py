@@ -11,7 +11,7 @@ from .reports import report_failure
 
 class FitFrames(FollowsJob, bpy.types.Operator):
     """Find the bright parts of an animated world in each frame of the scene's frame range, and key them on the scene.
-    They then light the diffraction without noise. Takes some seconds for each frame; Esc cancels"""
+    They then light the diffraction without noise. Takes some seconds for each frame"""
 
     bl_idname = "grating.fit_frames"
     bl_label = "Fit Frames"

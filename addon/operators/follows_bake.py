@@ -10,7 +10,7 @@ import bpy
 from ...precompute.base.failure import GratingError
 from ..gratings.grating import unused_name
 from ..gratings.wording import in_one_line
-from .follows_job import FollowedJob, FollowsJob
+from .follows_job import FollowsJob
 from .polls import has_grating
 from .reports import report_failure, report_lines
 
@@ -25,7 +25,7 @@ class FollowsBake(FollowsJob):
     @classmethod
     def poll(cls, context):
         if running_bake() is not None:
-            cls.poll_message_set("Wait until the running bake ends, or press Esc to cancel it")
+            cls.poll_message_set("Wait until the running bake ends, or cancel it")
             return False
         return has_grating(cls, context)
 
@@ -64,6 +64,6 @@ class FollowsBake(FollowsJob):
         return report_lines(self, [f"{grating.name}: {in_one_line(grating.bake_summary)}", *warnings_of(facts), *more])
 
 
-def running_bake() -> FollowedJob | None:
-    """The bake that is running, whichever operator started it."""
-    return next((operator.job for operator in FollowsBake.__subclasses__() if operator.job is not None), None)
+def running_bake() -> type[FollowsBake] | None:
+    """The operator whose bake is running."""
+    return next((operator for operator in FollowsBake.__subclasses__() if operator.job is not None), None)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 class MakeAssets(FollowsJob, bpy.types.Operator):
     """Show all presets in the Asset Browser, as materials to drag onto objects. Writes an asset library of 40 MB into
-    the extension's folder, in half a minute to a minute. Your file stays as it is. Esc cancels"""
+    the extension's folder, in half a minute to a minute. Your file stays as it is"""
 
     bl_idname = "grating.make_assets"
     bl_label = "Add to Asset Browser"
@@ -38,7 +38,7 @@ class MakeAssets(FollowsJob, bpy.types.Operator):
     @classmethod
     def poll(cls, context):
         if MakeAssets.job is not None:
-            cls.poll_message_set("Wait until the asset library is written, or press Esc to cancel it")
+            cls.poll_message_set("Wait until the asset library is written, or cancel it")
             return False
         return True
 

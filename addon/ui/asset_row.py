@@ -1,15 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The row of the panel that puts the presets into the Asset Browser."""
 
-from ..gratings.wording import translated
+from ..operators.follows_job import draw_progress
 from ..operators.make_assets import MakeAssets, RemoveAssets
 
 
 def draw_assets(layout) -> None:
     """Draw the button that writes the presets' asset library, or how far it is, and the button that removes it."""
     if MakeAssets.job is not None:
-        stage, fraction = MakeAssets.job.progress()
-        layout.progress(factor=fraction, text=translated("{stage} (Esc cancels)", stage=translated(stage)))
+        draw_progress(layout, MakeAssets)
         return
     from ..assets.library import is_listed
 

@@ -6,6 +6,7 @@ import bpy
 from ..blender.guard import guarded_draw
 from ..gratings.wording import translated
 from ..operators.bake_direction_map import BakeDirectionMap
+from ..operators.follows_job import draw_progress
 from ..operators.show_direction import ShowDirection
 from ..operators.unwrap_meshes import MINIMUM_STRETCH, XATLAS, Unwrap
 from .notes import draw_note
@@ -46,8 +47,8 @@ def _draw_unwrap(layout, context) -> None:
     from ...precompute.base.packages import missing_packages
     from ...precompute.mesh.unwrap import expected_seconds
 
-    if Unwrap.running is not None:
-        layout.progress(factor=Unwrap.running.job.progress()[1], text="Unwrapping (Esc cancels)")
+    if Unwrap.job is not None:
+        draw_progress(layout, Unwrap)
         return
     column, settings = layout.column(align=True), context.scene.natural_gratings
     labels = {MINIMUM_STRETCH: "Unwrap by Minimum Stretch"}

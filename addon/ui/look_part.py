@@ -11,6 +11,7 @@ from ..operators.add_sticker import AddSticker
 from ..operators.assign import AssignToSelected
 from ..operators.choose_direction import ChooseDirection
 from ..operators.comb_grating import CombGrating
+from ..operators.follows_job import draw_progress
 from ..operators.new_material import NewDiffractionMaterial
 from ..operators.paint_input import INPUTS, PaintInput, UnpaintInput
 from ..operators.vary_grating import VaryGrating
@@ -119,7 +120,6 @@ def _draw_choices(layout, grating, facts: GratingFacts) -> None:
 
 def _draw_comb(layout) -> None:
     if CombGrating.job is not None:
-        stage, fraction = CombGrating.job.progress()
-        layout.progress(factor=fraction, text=translated("{stage} (Esc cancels)", stage=translated(stage)))
+        draw_progress(layout, CombGrating)
     else:
         layout.operator_menu_enum(CombGrating.bl_idname, "source", text=CombGrating.bl_label, icon="FORCE_WIND")

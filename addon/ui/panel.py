@@ -14,6 +14,7 @@ from ..operators.add_light_rig import AddLightRig
 from ..operators.add_preset import AddPreset, LoadPreset
 from ..operators.adopt import AdoptMaterials
 from ..operators.follows_bake import running_bake
+from ..operators.follows_job import draw_progress
 from ..operators.import_height_map import ImportHeightMap
 from ..operators.load_bake import LoadBake
 from ..operators.osl_reference import NewOslReference
@@ -246,9 +247,8 @@ def _draw_strays(layout, context, facts: SceneFacts) -> None:
 
 def _draw_next(layout, context, following: Next | None) -> None:
     """Draw what to do next, or the bake that is running."""
-    if (job := running_bake()) is not None:
-        stage, fraction = job.progress()
-        layout.progress(factor=fraction, text=translated("{stage} (Esc cancels)", stage=translated(stage)))
+    if (bake := running_bake()) is not None:
+        draw_progress(layout, bake)
         return
     if following is not None:
         _draw_button(layout, context, following)

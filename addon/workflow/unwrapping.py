@@ -26,7 +26,7 @@ _MAPS_MAX = 8
 
 
 class Unwrapping:
-    """An unwrap by xatlas in a separate process. Poll `job.running`, then call `finish`, or `cancel` before that."""
+    """An unwrap by xatlas in a separate process. Poll `job.running`, then call `finish`."""
 
     def __init__(self, mesh: bpy.types.Object, packing: Packing) -> None:
         """Start the process. Raises GratingError if the mesh cannot be unwrapped."""
@@ -43,10 +43,6 @@ class Unwrapping:
         late = GratingError(mesh.name, f"not unwrapped within {seconds / 60:.0f} min", BY_BLENDER)
         self.job = Job("unwrap", words, deadline=Deadline(seconds, late))
 
-    def cancel(self) -> None:
-        """Stop the process and delete its files."""
-        self.job.cancel()
-
     def finish(self) -> list[str]:
         """Add the new map to the mesh, once the process has ended. Returns lines to report. Raises GratingError, with
         nothing changed, if the process failed, or if the mesh's faces have changed."""
@@ -60,11 +56,7 @@ class Unwrapping:
 def unwrap_and_wait(mesh: bpy.types.Object, packing: Packing, *, progress: Progress = silent) -> list[str]:
     """Unwrap a mesh by xatlas. Returns lines to report. Raises GratingError, with nothing changed, if that fails."""
     unwrapping = Unwrapping(mesh, packing)
-    try:
-        unwrapping.job.wait(progress)
-    except BaseException:
-        unwrapping.cancel()
-        raise
+    unwrapping.job.wait(progress)
     return unwrapping.finish()
 
 
