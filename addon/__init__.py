@@ -6,46 +6,32 @@ Enabling the extension loads only what registration needs. Operators and command
 
 import bpy
 
-from .gratings import grating, levelling_steps, material_look, remembered_bakes
+from .gratings import bakes, grating, levelling_steps, material_look
 from .lamps import lamp_spectrum
 from .operators import (
     add_diffraction,
-    add_diffraction_lamp,
     add_grating,
     add_hologram,
-    add_light_rig,
     add_node,
     add_preset,
-    add_sky_sun,
     add_snake,
     add_sticker,
-    add_sun,
     adopt,
     assign,
-    bake_direction_map,
-    bake_grating,
-    bake_needs,
-    choose_direction,
-    choose_lights,
-    choose_quality,
-    comb_grating,
-    count_lamp,
-    fit_frames,
-    fit_world,
-    follows_job,
+    bake,
+    direction,
     import_height_map,
     level_steps,
+    light,
     load_bake,
     make_assets,
     mend,
     new_material,
-    osl_reference,
     paint_input,
     remove_grating,
-    show_direction,
+    shared,
     show_me,
     show_picture,
-    unwrap_meshes,
     vary_grating,
     why_black,
 )
@@ -68,7 +54,7 @@ CLASSES = (
     material_look.MaterialLook,
     grating.Grating,
     grating.SceneGratings,
-    follows_job.CancelJob,
+    shared.CancelJob,
     import_height_map.ImportHeightMap,
     import_height_map.DropHeightMap,
     load_bake.LoadBake,
@@ -89,37 +75,37 @@ CLASSES = (
     level_steps.RemoveLevellingStep,
     level_steps.MoveLevellingStep,
     level_steps.LevellingAsText,
-    bake_grating.BakeGrating,
-    bake_needs.BakeNeeds,
+    bake.BakeGrating,
+    bake.BakeNeeds,
     new_material.NewDiffractionMaterial,
     assign.AssignToSelected,
     add_diffraction.AddDiffraction,
     add_diffraction.RemoveDiffraction,
     mend.MendMaterials,
     adopt.AdoptMaterials,
-    add_sun.AddSun,
-    add_sky_sun.AddSkySun,
-    add_diffraction_lamp.AddDiffractionLamp,
-    add_light_rig.AddLightRig,
+    light.AddSun,
+    light.AddSkySun,
+    light.AddDiffractionLamp,
+    light.AddLightRig,
     add_snake.AddSnake,
     add_snake.AddShedSkin,
     add_sticker.AddSticker,
-    choose_lights.ChooseLights,
-    count_lamp.CountLamp,
-    choose_quality.ChooseQuality,
-    comb_grating.CombGrating,
-    choose_direction.ChooseDirection,
+    light.ChooseLights,
+    light.CountLamp,
+    bake.ChooseQuality,
+    direction.CombGrating,
+    direction.ChooseDirection,
     vary_grating.VaryGrating,
     add_hologram.AddHologram,
     paint_input.PaintInput,
     paint_input.UnpaintInput,
-    fit_frames.FitFrames,
-    fit_world.FitWorld,
-    osl_reference.NewOslReference,
-    show_direction.ShowDirection,
+    light.FitFrames,
+    light.FitWorld,
+    bake.NewOslReference,
+    direction.ShowDirection,
     show_picture.ShowPicture,
-    unwrap_meshes.Unwrap,
-    bake_direction_map.BakeDirectionMap,
+    direction.Unwrap,
+    direction.BakeDirectionMap,
     why_black.WhyBlack,
     why_black.MendCause,
     folds.Folds,
@@ -154,12 +140,12 @@ def register() -> None:
     setattr(bpy.types.WindowManager, folds.FOLDS, bpy.props.PointerProperty(type=folds.Folds))  # type: ignore[func-returns-value]  # as above
     bpy.types.TOPBAR_MT_file_import.append(import_height_map.menu_entry)
     bpy.types.TOPBAR_MT_file_import.append(load_bake.menu_entry)
-    bpy.types.VIEW3D_MT_light_add.append(add_diffraction_lamp.menu_entry)
+    bpy.types.VIEW3D_MT_light_add.append(light.menu_entry)
     bpy.types.VIEW3D_MT_mesh_add.append(add_snake.menu_entry)
     bpy.types.VIEW3D_MT_object.append(object_menu.menu_entry)
     bpy.types.NODE_MT_shader_node_add_all.append(add_node.menu_entry)
     for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
-        after.append(remembered_bakes.recall_bakes)
+        after.append(bakes.recall_bakes)
     handlers.register()
     exporting.register()
     _command = bpy.utils.register_cli_command("grating", _run_command)  # type: ignore[func-returns-value]  # the stubs say it returns None
@@ -169,19 +155,19 @@ def register() -> None:
 def unregister() -> None:
     """Undo register() in reverse order. Gratings and materials stay in open files."""
     bpy.utils.unregister_cli_command(_command)
-    for follower in follows_job.followers():
+    for follower in shared.followers():
         follower.stop()
     previewing_levelling.stop()
     facts.stop()
-    show_direction.set_shown(False)
+    direction.set_shown(False)
     exporting.unregister()
     handlers.unregister()
     for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
-        after.remove(remembered_bakes.recall_bakes)
+        after.remove(bakes.recall_bakes)
     bpy.types.VIEW3D_MT_object.remove(object_menu.menu_entry)
     bpy.types.NODE_MT_shader_node_add_all.remove(add_node.menu_entry)
     bpy.types.VIEW3D_MT_mesh_add.remove(add_snake.menu_entry)
-    bpy.types.VIEW3D_MT_light_add.remove(add_diffraction_lamp.menu_entry)
+    bpy.types.VIEW3D_MT_light_add.remove(light.menu_entry)
     bpy.types.TOPBAR_MT_file_import.remove(load_bake.menu_entry)
     bpy.types.TOPBAR_MT_file_import.remove(import_height_map.menu_entry)
     delattr(bpy.types.Light, lamp_spectrum.FIELD)

@@ -12,7 +12,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent))
 from precompute.colour.channels import correlation_root, lamp_curves
 from precompute.colour.illuminants import CHANNEL_SETS
 from precompute.colour.observer import observer, spectral_weights, wavelengths
-from precompute.colour.working_space import rgb_from_xyz
+from precompute.colour.spaces import rgb_from_xyz
 
 TABLE = Path(__file__).parent.parent / "precompute" / "colour" / "channels_5nm.csv"
 STEP_NM = 5

@@ -8,8 +8,7 @@ from functools import partial
 
 from precompute.bake import cache
 from precompute.cli.parser import OneLineParser
-from precompute.presets.drafts import draft_request, shipped_draft, write_draft
-from precompute.presets.presets import preset_names, read_preset
+from precompute.presets.presets import draft_request, preset_names, read_preset, shipped_draft, write_draft
 
 
 def main(argv: list[str] | None = None) -> int:

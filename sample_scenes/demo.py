@@ -19,7 +19,7 @@ from typing import NoReturn
 from devtools import ROOT, blender
 from devtools.environments import ALL, PY311
 from devtools.steps import clean_environment
-from precompute.cli.option_types import count
+from precompute.cli.arguments import count
 from precompute.cli.parser import OneLineParser
 from sample_scenes.report import write_report
 

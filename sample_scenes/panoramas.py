@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Worlds as panoramas: radiance (rows, 2 rows, 3), laid out as precompute/world_sources/panorama.py says. See also
+"""Worlds as panoramas: radiance (rows, 2 rows, 3), laid out as precompute/world_sources/sources.py says. See also
 room.py."""
 
 import numpy as np
 
-from precompute.world_sources.panorama import panorama_cells
+from precompute.world_sources.sources import panorama_cells
 
 # Direction, width and height in degrees, and radiance of each soft box.
 BOXES = (

@@ -14,7 +14,7 @@ from PIL import Image
 from devtools import ROOT
 from devtools.environments import ALL
 from devtools.steps import clean_environment
-from precompute.cli.option_types import count
+from precompute.cli.arguments import count
 from precompute.cli.parser import OneLineParser
 from sample_scenes.demo import Stopwatch, start_blender, subjects
 from sample_scenes.sheet import join

@@ -15,7 +15,7 @@ from PIL import Image, ImageDraw, ImageFont
 from devtools import ROOT
 from devtools.environments import ALL
 from devtools.steps import clean_environment
-from precompute.cli.option_types import count
+from precompute.cli.arguments import count
 from precompute.cli.parser import OneLineParser
 from precompute.presets.presets import SNAKES, Preset, preset_names, read_preset
 from sample_scenes.demo import Stopwatch, start_blender

@@ -62,7 +62,7 @@ WORLDS = {
 
 
 def paint(scene: bpy.types.Scene, radiance: np.ndarray) -> None:
-    """Make a world from radiance (rows, columns, 3) in the layout of precompute/world_sources/panorama.py."""
+    """Make a world from radiance (rows, columns, 3) in the layout of precompute/world_sources/sources.py."""
     rows, columns, _ = radiance.shape
     image = bpy.data.images.new("World", columns, rows, float_buffer=True, is_data=True)
     pixels = np.ones((rows, columns, 4), np.float32)

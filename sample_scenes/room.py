@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 
 from precompute.base.files import write_whole
-from precompute.cli.option_types import count
+from precompute.cli.arguments import count
 from precompute.cli.parser import OneLineParser, exit_status
-from precompute.table.atlas_file import write_exr
-from precompute.world_sources.panorama import panorama_cells
+from precompute.table.atlas import write_exr
+from precompute.world_sources.sources import panorama_cells
 
 # Corners of the room in metres: x towards the windows, z up, the viewer at 0.
 LOW, HIGH = np.array((-2.6, -2.3, -1.3)), np.array((2.4, 2.9, 1.4))
@@ -70,7 +70,7 @@ BLOCKS = (
 
 
 def room(rows: int, seed: int = 1) -> np.ndarray:
-    """The room's radiance (rows, 2 rows, 3) in linear Rec.709, laid out as precompute/world_sources/panorama.py says; a
+    """The room's radiance (rows, 2 rows, 3) in linear Rec.709, laid out as precompute/world_sources/sources.py says; a
     mean of four directions in each pixel."""
     fine = _seen(panorama_cells(2 * rows, 4 * rows).directions, np.random.default_rng(seed))
     return fine.reshape(rows, 2, 2 * rows, 2, 3).mean(axis=(1, 3))

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from devtools.environments import ALL
-from precompute.cli.option_types import count
+from precompute.cli.arguments import count
 from precompute.cli.parser import OneLineParser
 from precompute.presets.presets import read_preset
 from precompute.surface.samples.catalogue import matter_of

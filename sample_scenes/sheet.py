@@ -11,7 +11,7 @@ from pathlib import Path
 from PIL import Image, ImageDraw, ImageFont
 
 from precompute.base.failure import GratingError
-from precompute.cli.option_types import count
+from precompute.cli.arguments import count
 from precompute.cli.parser import OneLineParser, exit_status
 
 _INK, _SHADE = (245, 245, 245), (0, 0, 0)

@@ -14,7 +14,7 @@ from mathutils import Vector
 
 if not __package__:  # `blender --python` runs this file as a script
     sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from precompute.cli.option_types import count
+from precompute.cli.arguments import count
 from precompute.cli.parser import OneLineParser
 from sample_scenes.studio import wrap_in_dusk
 

@@ -10,12 +10,11 @@ from pathlib import Path
 from ...precompute.bake.cache import FOLDER_VARIABLE
 from ...precompute.base.child_process import inherited_environment, lines_of
 from ...precompute.base.failure import GratingError
-from ...precompute.base.failure_line import failure_in
 from ...precompute.base.files import told_of, write_together
+from ...precompute.base.strict import failure_in
 from ...precompute.presets.presets import preset_names, read_preset
 from ..gratings.cache_folder import cache_folder
-from ..jobs.background_blender import background_blender
-from ..jobs.child import ReportingProcess, package_folders
+from ..jobs.child import ReportingProcess, background_blender, package_folders
 from .catalogs import FILE, catalogs_text
 
 _START = Path(__file__).with_name("start_library_maker.py")

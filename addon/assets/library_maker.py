@@ -7,16 +7,16 @@ from pathlib import Path
 import bpy
 
 from ...precompute.base.files import told_of
-from ...precompute.base.strict_json import read_json
+from ...precompute.base.strict import read_json
 from ...precompute.cli.printing import Progress
 from ...precompute.presets.presets import Preset, read_preset
 from ..blender.compat import prefer_append
 from ..blender.written import check_blend
 from ..gratings.grating import active_grating
 from ..workflow.adding_holograms import fit_hologram_later
-from ..workflow.adding_presets import import_preset
 from ..workflow.baking import bake_and_wait
 from ..workflow.making_materials import working_material
+from ..workflow.presets import import_preset
 from .catalogs import catalog_id, tags_of
 
 _PICTURES = Path(__file__).parents[1] / "ui" / "thumbnails"

@@ -23,7 +23,7 @@ def main() -> None:
     importlib.import_module(f"{NAME}.addon").register()
     maker = importlib.import_module(f"{NAME}.addon.assets.library_maker")
     failure = importlib.import_module(f"{NAME}.precompute.base.failure")
-    failure_line = importlib.import_module(f"{NAME}.precompute.base.failure_line")
+    failure_line = importlib.import_module(f"{NAME}.precompute.base.strict")
     try:
         maker.write_assets(request)
     except failure.GratingError as error:

@@ -3,8 +3,7 @@
 
 import argparse
 
-from ...precompute.cli.arguments import add_json, add_progress
-from ...precompute.cli.option_types import path_argument
+from ...precompute.cli.arguments import add_json, add_progress, path_argument
 from ...precompute.cli.printing import Progress, emit
 from ...precompute.presets.presets import preset_names
 from ..assets.library import make_and_wait, summary_of

@@ -7,21 +7,18 @@ from collections.abc import Iterable
 import bpy
 
 from ...precompute.base.failure import printable
-from ...precompute.cli.arguments import add_progress
-from ...precompute.cli.option_types import name_argument
+from ...precompute.cli.arguments import add_progress, name_argument
 from ...precompute.cli.printing import Progress
-from ..gratings.lights_choice import LIGHTS
+from ..gratings.grating import LIGHTS
 from ..materials.holograms.hologram_nodes import input_set_by_artist
 from ..materials.material import diffraction_nodes
 from ..materials.skin import SETTABLE
 from ..workflow.assigning import add_to_meshes, assign_to_meshes
 from ..workflow.fitting_frames import fit_frames
-from ..workflow.following_lamps import warnings_about
+from ..workflow.lighting import warnings_about
 from ..workflow.loading_bakes import bake_file, index_of
 from ..workflow.making_materials import refresh_group
-from .input_settings import setting
-from .objects import add_objects, chosen_objects
-from .save import add_save, save
+from .chosen import add_objects, add_save, chosen_objects, save, setting
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

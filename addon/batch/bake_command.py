@@ -7,14 +7,13 @@ from pathlib import Path
 
 import bpy
 
-from ...precompute.cli.arguments import add_bake_options, add_input
+from ...precompute.cli.arguments import add_bake_options, add_input, path_argument
 from ...precompute.cli.bake_verb import add_preset_option, bake_summary, progress_of, request_of
-from ...precompute.cli.option_types import path_argument
 from ...precompute.cli.printing import emit
-from ..workflow.adding_presets import add_preset
 from ..workflow.baking import bake_and_wait
 from ..workflow.importing import add_averaged
-from .save import add_save, save
+from ..workflow.presets import add_preset
+from .chosen import add_save, save
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

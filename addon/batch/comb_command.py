@@ -6,13 +6,11 @@ import argparse
 import bpy
 
 from ...precompute.base.failure import printable
-from ...precompute.cli.arguments import add_progress
+from ...precompute.cli.arguments import add_progress, name_argument
 from ...precompute.cli.comb_verb import progress_of
-from ...precompute.cli.option_types import name_argument
 from ..gratings.direction_source import COMB_SOURCES
 from ..workflow.combing import comb_and_wait
-from .objects import chosen_objects
-from .save import add_save, save
+from .chosen import add_save, chosen_objects, save
 
 _AXES = ("x", "y", "z")
 

@@ -7,9 +7,9 @@ import bpy
 from mathutils import Vector
 
 from ...precompute.base.failure import GratingError, printable
-from ...precompute.cli.option_types import name_argument, number
+from ...precompute.cli.arguments import name_argument, number
 from ..workflow.adding_diffraction_lamps import add_diffraction_lamp, shows_grating
-from .save import add_save, save
+from .chosen import add_save, save
 
 _ANYWHERE = number(-1e6, 1e6)
 

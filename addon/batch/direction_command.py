@@ -6,11 +6,10 @@ import argparse
 import bpy
 
 from ...precompute.base.failure import GratingError, printable
-from ...precompute.cli.option_types import name_argument
+from ...precompute.cli.arguments import name_argument
 from ..gratings.direction_source import AXES, AXIS, FRAME_MAP, KINDS, RADIAL, UV_MAP, DirectionSource
-from ..workflow.choosing_direction import choose_frame
-from .gratings import add_gratings, chosen_gratings
-from .save import add_save, save
+from ..workflow.directing import choose_frame
+from .chosen import add_gratings, add_save, chosen_gratings, save
 
 # The word for each source on the command line. "frame" is an animation's frame to an artist.
 _WORDS = {name: "direction-map" if name == FRAME_MAP else name.lower().replace("_", "-") for name, _, _ in KINDS}

@@ -6,12 +6,10 @@ import argparse
 import bpy
 
 from ...precompute.base.failure import GratingError, printable
-from ...precompute.cli.arguments import add_json
-from ...precompute.cli.option_types import count, name_argument, path_argument
+from ...precompute.cli.arguments import add_json, count, name_argument, path_argument
 from ...precompute.cli.printing import emit
-from ..workflow.baking_direction_maps import bake_direction_map
-from .objects import add_objects, chosen_meshes
-from .save import add_save, save
+from ..workflow.combing import bake_direction_map
+from .chosen import add_objects, add_save, chosen_meshes, save
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

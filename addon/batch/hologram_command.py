@@ -6,12 +6,10 @@ import argparse
 import bpy
 
 from ...precompute.base.failure import GratingError, printable
-from ...precompute.cli.option_types import name_argument
+from ...precompute.cli.arguments import name_argument
 from ..materials.holograms.patterns import NONE, OWN_INPUTS, PATTERNS, PICTURE
 from ..workflow.adding_holograms import Hologram, add_hologram
-from .input_settings import setting
-from .objects import add_objects, chosen_meshes
-from .save import add_save, save
+from .chosen import add_objects, add_save, chosen_meshes, save, setting
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -11,7 +11,7 @@ from ...precompute.cli.printing import emit
 from ...precompute.surface.height_map import is_synthetic
 from ..gratings.wording import in_one_line
 from ..workflow.importing import add_grating
-from .save import add_save, save
+from .chosen import add_save, save
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

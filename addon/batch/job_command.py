@@ -19,10 +19,9 @@ from ...precompute.base.files import told_of
 from ...precompute.base.locks import try_lock
 from ...precompute.base.progress import Progress
 from ...precompute.cli import job_verb, printing
-from ...precompute.cli.option_types import count, name_argument
+from ...precompute.cli.arguments import count, name_argument
 from ...precompute.render_job.job_file import Job
-from ...precompute.render_job.job_log import Log
-from ...precompute.render_job.pictures import scene_names
+from ...precompute.render_job.pictures import Log, scene_names
 from ...precompute.render_job.plan import LOGS, PICTURES, SCENES, read_plan
 from ..blender.written import remove_partial_copies
 from ..rendering import worker

@@ -17,7 +17,7 @@ from ...precompute.bake.needs import EVERYTHING, Needs, needs_of
 from ...precompute.base.failure import GratingError, printable
 from ...precompute.base.files import told_of
 from ...precompute.base.progress import Progress
-from ...precompute.base.strict_json import read_json
+from ...precompute.base.strict import read_json
 from ...precompute.render_job.job_file import Job, Surface, as_record
 from ...precompute.render_job.pictures import pictures_of
 from ...precompute.render_job.plan import NEEDS, SCENES, Picture, hash_of, plan_of, recipe_of_plan, write_record
@@ -26,16 +26,14 @@ from ..gratings.grating import Grating, active_grating
 from ..materials.skin import SETTABLE
 from ..rendering import worker
 from ..rendering.picture_setup import Base, set_up
-from ..workflow.adding_presets import add_preset
 from ..workflow.assigning import add_to_meshes, assign_to_meshes
 from ..workflow.baking import bake_and_wait
 from ..workflow.importing import add_averaged
 from ..workflow.making_materials import refresh_group
 from ..workflow.measuring_needs import measure_needs
-from ..workflow.showing import show_preset
+from ..workflow.presets import add_preset, show_preset
 from .assign_command import set_inputs
-from .input_settings import setting
-from .objects import chosen_objects
+from .chosen import chosen_objects, setting
 
 _MANIFEST = Path(__file__).resolve().parents[2] / "blender_manifest.toml"
 

@@ -6,13 +6,12 @@ import argparse
 import bpy
 
 from ...precompute.base.failure import GratingError, printable
-from ...precompute.cli.option_types import number
+from ...precompute.cli.arguments import number
 from ..lamps.light_rig import SUN
-from ..operators.add_light_rig import KINDS
+from ..operators.light import KINDS
 from ..workflow.adding_diffraction_lamps import shows_grating
-from ..workflow.adding_light_rigs import Rig, add_light_rig, carriers
-from .objects import add_objects, chosen_meshes
-from .save import add_save, save
+from ..workflow.light_rigs import Rig, add_light_rig, carriers
+from .chosen import add_objects, add_save, chosen_meshes, save
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

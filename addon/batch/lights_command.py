@@ -6,12 +6,11 @@ import argparse
 import bpy
 
 from ...precompute.base.failure import GratingError, printable
-from ...precompute.cli.option_types import name_argument
-from ..gratings.lights_choice import LIGHTS
-from ..workflow.counting_lamps import keep_lamp
+from ...precompute.cli.arguments import name_argument
+from ..gratings.grating import LIGHTS
+from ..workflow.lighting import keep_lamp
 from ..workflow.making_materials import choose_lights
-from .gratings import add_gratings, chosen_gratings
-from .save import add_save, save
+from .chosen import add_gratings, add_save, chosen_gratings, save
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

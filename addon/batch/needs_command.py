@@ -10,15 +10,13 @@ import bpy
 
 from ...precompute.base.failure import GratingError, printable
 from ...precompute.base.files import write_whole
-from ...precompute.cli.arguments import add_json, add_progress
+from ...precompute.cli.arguments import add_json, add_progress, count, path_argument
 from ...precompute.cli.bake_verb import progress_of
-from ...precompute.cli.option_types import count, path_argument
 from ...precompute.cli.printing import emit
 from ..gratings.wording import in_one_line
 from ..workflow.baking import finished_bake, record_bake
 from ..workflow.measuring_needs import measure_needs, no_smaller, request_with
-from .gratings import add_grating, chosen_grating
-from .save import add_save, save
+from .chosen import add_grating, add_save, chosen_grating, save
 
 _FRAME = count(-(1 << 20), 1 << 20)
 

@@ -4,9 +4,9 @@
 import argparse
 from pathlib import Path
 
-from ...precompute.cli.option_types import count, frames_argument, path_argument
+from ...precompute.cli.arguments import count, frames_argument, path_argument
 from ..rendering.worker import progress_lines
-from ..workflow.rendering_pictures import render_picture
+from ..workflow.pictures import render_picture
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -7,11 +7,10 @@ from math import radians
 import bpy
 
 from ...precompute.base.failure import printable
-from ...precompute.cli.option_types import name_argument, number
+from ...precompute.cli.arguments import name_argument, number
 from ...precompute.presets.presets import read_preset
 from ..workflow.adding_stickers import FIRST, Sticker, add_sticker
-from .objects import add_objects, chosen_meshes
-from .save import add_save, save
+from .chosen import add_objects, add_save, chosen_meshes, save
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -11,8 +11,7 @@ from ...precompute.cli.printing import Progress, emit
 from ...precompute.cli.unwrap_verb import add_packing
 from ...precompute.mesh.unwrap import Packing
 from ..workflow.unwrapping import unwrap_and_wait, unwrap_by_blender
-from .objects import add_objects, chosen_meshes
-from .save import add_save, save
+from .chosen import add_objects, add_save, chosen_meshes, save
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

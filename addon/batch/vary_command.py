@@ -7,11 +7,11 @@ import math
 import bpy
 
 from ...precompute.base.failure import GratingError, printable
-from ...precompute.cli.option_types import name_argument, number
-from ..gratings.variation import ATTRIBUTE, NOISE, Variation
+from ...precompute.cli.arguments import name_argument, number
+from ..gratings.grating import ATTRIBUTE, NOISE, Variation
 from ..workflow.loading_bakes import index_of
-from ..workflow.varying import vary
-from .save import add_save, save
+from ..workflow.making_materials import vary
+from .chosen import add_save, save
 
 _OTHERS_MAX = 2
 

@@ -39,7 +39,7 @@ def _nearest() -> tuple[str, float]:
 def _to_xyz() -> dict[str, np.ndarray]:
     """The matrix (3, 3) of each known space from linear RGB to XYZ, whose white is that of D65."""
     from ...precompute.colour.observer import white_xyz
-    from ...precompute.colour.working_space import RGB_SPACES, adapted_matrix
+    from ...precompute.colour.spaces import RGB_SPACES, adapted_matrix
 
     return {name: np.linalg.inv(adapted_matrix(name, white_xyz())) for name in RGB_SPACES}
 

@@ -1,7 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where the camera's rays meet meshes that show gratings, and the grating's tangent frame there."""
+"""Where the camera's rays meet meshes that show gratings, and the grating's tangent frame there.
 
-from collections.abc import Collection, Iterator
+Rays through the pixels of a camera's picture.
+
+Rays through the pixels of a 3D view."""
+
+import math
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from math import cos, sin
@@ -11,8 +16,8 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 
-from ..direction.surface_point import own_angle
-from ..direction.tangents_at_points import frame_field
+from ...precompute.base.failure import GratingError
+from ..direction.tangents import frame_field, own_angle
 from ..direction.uv_maps import has_uv_map
 from ..materials.group_properties import frame_of
 from ..materials.material import diffraction_nodes, number_in
@@ -234,3 +239,153 @@ def _numbers(
     values: np.ndarray = np.empty(len(items) * width, kind)
     items.foreach_get(name, values)
     return values if width == 1 else values.reshape(-1, width)
+
+
+# Border around the boxes, as a fraction of the picture.
+_AROUND = 0.01
+
+
+@dataclass(frozen=True)
+class Window:
+    """A rectangle of a picture, in coordinates from 0 to 1 along x and y."""
+
+    low: tuple[float, float] = (0.0, 0.0)
+    high: tuple[float, float] = (1.0, 1.0)
+
+
+class Pixels:
+    """Converts the pixels of a camera's picture to rays into the scene."""
+
+    def __init__(self, scene: bpy.types.Scene, camera: bpy.types.Object) -> None:
+        render, place = scene.render, camera.matrix_world
+        # As in renders, the camera's scale is ignored.
+        self._axes = np.array(place.to_quaternion().to_matrix())
+        self._origin = np.array(place.translation)
+        self._kind = camera.data.type
+        right_top, _, left_bottom, _ = (np.array(corner) for corner in camera.data.view_frame(scene=scene))
+        self._corner, self._span = left_bottom, right_top - left_bottom
+        share = render.resolution_percentage / 100
+        self.size = tuple(max(1, int(side * share)) for side in (render.resolution_x, render.resolution_y))
+
+    def rays(self, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Origins (n, 3) and unit directions (n, 3) of the rays through picture coordinates (n, 2) from 0 to 1. Every
+        panorama is treated as a full equirectangular one."""
+        if self._kind == "PANO":
+            around, up = (0.5 - at[:, 0]) * 2 * math.pi, (at[:, 1] - 0.5) * math.pi
+            own = np.stack([-np.cos(up) * np.sin(around), np.sin(up), -np.cos(up) * np.cos(around)], axis=1)
+            origins = np.zeros(own.shape)
+        else:
+            own = self._corner + np.c_[at, np.zeros(len(at))] * self._span
+            origins = np.zeros(own.shape)
+            if self._kind == "ORTHO":
+                origins, own = own * (1.0, 1.0, 0.0), np.broadcast_to((0.0, 0.0, -1.0), own.shape)
+        directions = own @ self._axes.T
+        return origins @ self._axes.T + self._origin, directions / np.linalg.norm(directions, axis=1, keepdims=True)
+
+    @property
+    def up(self) -> np.ndarray:
+        """The unit vector (3,) that points up in the picture."""
+        return self._axes[:, 1]
+
+    @property
+    def right(self) -> np.ndarray:
+        """The unit vector (3,) that points to the right in the picture."""
+        return self._axes[:, 0]
+
+    @property
+    def lens(self) -> np.ndarray | None:
+        """The place (3,) of a perspective camera's lens; None for another camera."""
+        return self._origin if self._kind == "PERSP" else None
+
+    def shows(self, points: np.ndarray) -> np.ndarray:
+        """Whether points (n, 3) lie in the picture, in front of the camera, (n,). A panorama shows all."""
+        if self._kind == "PANO":
+            return np.ones(len(points), bool)
+        own = (points - self._origin) @ self._axes
+        in_front = own[:, 2] < -1e-6
+        if self._kind == "PERSP":
+            own = own * (self._corner[2] / np.where(in_front, own[:, 2], -1.0))[:, None]
+        at = (own - self._corner)[:, :2] / self._span[:2]
+        return in_front & ((at >= 0) & (at <= 1)).all(axis=1)
+
+    def places(self, window: Window, count: int) -> np.ndarray:
+        """The centres of about `count` pixels on a grid in a window, (n, 2), in picture coordinates from 0 to 1. In a
+        panorama they cover equal areas of the sky."""
+        (x0, y0), (x1, y1) = window.low, window.high
+        wide, high = (x1 - x0) * self.size[0], (y1 - y0) * self.size[1]
+        columns = max(1, round(math.sqrt(count * wide / high)))
+        rows = max(1, round(count / columns))
+        x, y = np.meshgrid(x0 + (np.arange(columns) + 0.5) / columns * (x1 - x0), (np.arange(rows) + 0.5) / rows)
+        y = np.arcsin(2 * y - 1) / math.pi + 0.5 if self._kind == "PANO" else y0 + y * (y1 - y0)
+        at = np.stack([x.ravel(), y.ravel()], axis=1) * self.size
+        return (np.floor(np.minimum(at, np.array(self.size) - 0.5)) + 0.5) / self.size
+
+    def in_frame(self, points: np.ndarray) -> np.ndarray:
+        """Whether points (n, 3) in world space are in the picture, (n,), covered or not."""
+        own = (points - self._origin) @ self._axes
+        if self._kind == "PANO":
+            return np.ones(len(points), bool)
+        ahead = own[:, 2] < 0
+        if self._kind == "PERSP":
+            own = own * (self._corner[2] / np.where(ahead, own[:, 2], -np.inf))[:, None]
+        at = (own - self._corner)[:, :2] / self._span[:2]
+        return ahead & ((at >= 0) & (at <= 1)).all(axis=1)
+
+    def window_of(self, boxes: Iterable[tuple[np.ndarray, Matrix]]) -> Window | None:
+        """The part of the picture that contains the given boxes, each as corners (8, 3) in object space and a matrix.
+        None if none is in the picture; the whole picture for a panorama, or if a corner is behind a perspective
+        camera."""
+        found = []
+        for corners, matrix in boxes:
+            world = np.array(matrix)
+            own = (corners @ world[:3, :3].T + world[:3, 3] - self._origin) @ self._axes
+            if self._kind == "PANO" or (self._kind == "PERSP" and own[:, 2].max() > -1e-6):
+                return Window()
+            if self._kind == "PERSP":
+                own = own * (self._corner[2] / own[:, 2:])
+            at = (own - self._corner)[:, :2] / self._span[:2]
+            low, high = np.clip((at.min(axis=0) - _AROUND, at.max(axis=0) + _AROUND), 0, 1)
+            if (high > low).all():
+                found.append((low, high))
+        if not found:
+            return None
+        low, high = (np.array(ends) for ends in zip(*found, strict=True))
+        return Window(tuple(low.min(axis=0)), tuple(high.max(axis=0)))
+
+
+# The height of a 3D view's picture in pixels, where only its shape matters.
+_HIGH = 1000
+# The rays of an orthographic view begin this far behind its middle, in metres: the view shows what is behind it too.
+_BEHIND_VIEW = 1e3
+
+
+class ViewPixels(Pixels):
+    """Converts the pixels of a 3D view, which has a size in pixels, to rays into the scene. Without a size, the picture
+    has the view's shape."""
+
+    def __init__(self, view: bpy.types.RegionView3D, size: tuple[int, int] | None = None) -> None:
+        place, projection = np.array(view.view_matrix.inverted_safe()), np.array(view.window_matrix)
+        is_flat = projection[3, 3] != 0
+        self._kind = "ORTHO" if is_flat else "PERSP"
+        self._axes = place[:3, :3]
+        self._origin = place[:3, 3] + (_BEHIND_VIEW * self._axes[:, 2] if is_flat else 0.0)
+        # The frame at a depth of 1, from the projection that maps it to -1 to 1.
+        shift = -projection[:2, 3] if is_flat else projection[:2, 2]
+        scale = np.array([projection[0, 0], projection[1, 1]])
+        self._corner = np.array([*(shift - 1) / scale, -1.0])
+        self._span = np.array([*2 / scale, 0.0])
+        self.size = size or (max(1, round(_HIGH * scale[1] / scale[0])), _HIGH)
+
+
+def seen_from(
+    scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, view: bpy.types.RegionView3D | None, *, from_view: bool
+) -> Pixels:
+    """The picture of the scene's camera, or of a 3D view if asked or if there is no camera. Raises GratingError if
+    there is neither."""
+    if from_view and view is not None:
+        return ViewPixels(view)
+    if scene.camera is not None and scene.camera.type == "CAMERA":
+        return Pixels(scene, scene.camera.evaluated_get(depsgraph))
+    if view is None:
+        raise GratingError(f"scene {scene.name}", "no camera", "add one and make it the scene's camera")
+    return ViewPixels(view)

@@ -21,5 +21,5 @@ def cache_folder() -> Path:
 
 
 def bakes_folder(request: str) -> Path:
-    """The cache's folder for the bake of a request, given as the text of gratings/remembered_bakes.py's `asked`."""
+    """The cache's folder for the bake of a request, given as the text of gratings/bakes.py's `asked`."""
     return cache_folder() / "bakes" / hashlib.sha256(request.encode()).hexdigest()[:16]

@@ -1,10 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The gratings of a scene: for each the height map, the settings of its bake, and the bake's file."""
+"""The gratings of a scene: for each the height map, the settings of its bake, and the bake's file.
+
+The fields of a grating for its matter and for the spectrum of its light, and their texts on the command line.
+
+How exact a bake is, in three steps for an artist.
+
+Which lights the diffraction shows. Saved .blend files contain these names, so they must not change.
+
+How a grating varies over a skin: patches of further gratings, and slow turns. Saved files contain these names."""
 
 import json
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
+from math import degrees
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import bpy
 from bpy.props import (
@@ -18,28 +27,169 @@ from bpy.props import (
 )
 
 from ...precompute.base.failure import GratingError
+from ...precompute.reflectance.films import METALS
 from ..blender import stored
-from ..blender.paths import absolute, is_there, pure
+from ..blender.guard import absolute, is_there, pure
 from .cache_folder import cache_folder
 from .direction_source import AXES, KINDS, STORED, DirectionSource, file_has_comb
 from .levelling_steps import LevellingStep
-from .lights_choice import CHOICES, LIGHTS, REST
 from .material_look import MaterialLook
-from .matter_fields import (
-    DAYLIGHT,
-    MATTERS,
-    PLATE_IORS,
-    illuminant_text,
-    keep_file,
-    known_names,
-    matter_text,
-    take_matter,
-)  # fmt: skip
 from .own_names import follow_name
+from .wording import translated
 
 if TYPE_CHECKING:
     from ...precompute.bake.needs import Needs
     from ...precompute.bake.request import BakeRequest
+
+
+# The matter that the field Layers describes.
+LAYERS = "LAYERS"
+# The number of each matter in .blend files. Numbers stay as they are: a new matter takes the next free number, wherever
+# it stands in the menu.
+_NUMBERS = {
+    "DIELECTRIC": 0, "ALUMINIUM": 1, "SILVER": 2, "GOLD": 3, "COPPER": 4, "CHROMIUM": 5, "NICKEL": 6, "TITANIUM": 7,
+    LAYERS: 8, "MIRROR": 9,
+}  # fmt: skip
+_TEXTS = (
+    ("DIELECTRIC", "Dielectric", "Skin, horn, plastic, varnish or glass. Its IOR can be changed in the material"),
+    *((metal.upper(), metal.capitalize(), f"Polished {metal}") for metal in METALS),
+    (LAYERS, "Layers", "Thin films on a substrate, as in a beetle's shell or a coated foil"),
+    ("MIRROR", "Perfect Mirror", "Reflects all light"),
+)
+# Items of the menu: identifier, label, tooltip, icon, number.
+MATTERS = tuple((name, label, text, "NONE", _NUMBERS[name]) for name, label, text in _TEXTS)
+# The index of no plate, and the greatest index of a plate (precompute/optics/plate.py, which loads only when needed).
+PLATE_IORS = 1.0, 3.0
+# The illuminant if the field is empty.
+DAYLIGHT = "D65"
+# Digits of a plate's index. Single precision, in which Blender stores the field, has seven.
+_DIGITS = 6
+
+
+class MatterFields(Protocol):
+    """The part of a grating that says what it is made of."""
+
+    name: str
+    matter: str
+    layers: str
+    plate_ior: float
+
+
+def matter_text(grating: MatterFields) -> str:
+    """The matter in the form of `--matter`. Raises GratingError for layers that are not valid."""
+    from ...precompute.reflectance.matter import parse
+
+    if not grating.matter:  # a file of another version may hold no item of the menu
+        return ""
+    try:
+        matter = parse(grating.layers if grating.matter == LAYERS else grating.matter)
+    except GratingError as error:
+        raise error.within(f"{grating.name}: Layers") from error
+    # A text of layers may name its own plate.
+    with_plate = matter.baked and not matter.has_plate
+    return str(replace(matter, plate_ior=float(f"{grating.plate_ior:.{_DIGITS}g}")) if with_plate else matter)
+
+
+def take_matter(grating: MatterFields, text: str) -> None:
+    """Set the fields from a matter in the form of `--matter`."""
+    from ...precompute.reflectance.matter import parse
+
+    matter = parse(text)
+    grating.plate_ior, bare = matter.plate_ior, str(replace(matter, plate_ior=PLATE_IORS[0]))
+    if bare.upper() in (name for name, *_ in MATTERS if name != LAYERS):
+        grating.matter = bare.upper()
+    else:
+        grating.matter, grating.layers = LAYERS, bare
+
+
+class LitField(Protocol):
+    """The part of a grating that has the field."""
+
+    name: str
+    illuminant: str
+
+
+def keep_file(grating: LitField) -> None:
+    """Replace the path of a file by its spectrum, so that the .blend file holds it. A path that cannot be read stays,
+    and the bake reports it."""
+    try:
+        held = illuminant_text(grating)
+    except GratingError:
+        return
+    if ":" in held and held != grating.illuminant:
+        grating.illuminant = held
+
+
+def illuminant_text(grating: LitField) -> str:
+    """The illuminant's canonical text. Raises GratingError for a text that names none, and for a damaged file."""
+    from ...precompute.colour.illuminants import illuminant_of
+
+    try:
+        return illuminant_of(absolute(grating.illuminant or DAYLIGHT))
+    except GratingError as error:
+        raise error.within(f"{grating.name}: Lamp Spectrum") from error
+
+
+def known_names(typed: str) -> list[str]:
+    """The names and examples that contain a typed text: lights of several lamps first, then single lamps."""
+    from ...precompute.colour.illuminants import CHANNEL_SETS, names_with
+
+    several = [name for name in (*CHANNEL_SETS, "led+tube") if typed.lower() in name]
+    return several + names_with(typed)
+
+
+class Quality(NamedTuple):
+    """A step: its name, its label, its tooltip, the colour error and the coherence length in micrometres (0:
+    automatic)."""
+
+    name: str
+    label: str
+    tooltip: str
+    delta_e: float
+    coherence_um: float
+
+
+QUALITIES = (
+    # The draft's settings are those of the drafts that the extension ships (precompute/presets/presets.py).
+    Quality("DRAFT", "Draft", "Bakes fast, soft colours, little memory: colour error 3 under small lamps", 3.0, 10.0),
+    Quality("GOOD", "Good", "For most pictures: colour error 1 under small lamps. The eye hardly sees it", 1.0, 0.0),
+    Quality("EXACT", "Exact", "For close-ups: colour error 0.3 under small lamps. Slow, takes more memory", 0.3, 0.0),
+)  # fmt: skip
+
+
+class QualityFields(Protocol):
+    """The part of a grating that says how exact its bake is."""
+
+    delta_e: float
+    coherence_um: float
+
+
+def quality_of(grating: QualityFields) -> str:
+    """The name of a grating's step; empty if its settings are those of none."""
+    # Blender stores the fields in single precision.
+    given = tuple(float(f"{value:.6g}") for value in (grating.delta_e, grating.coherence_um))
+    return next((each.name for each in QUALITIES if (each.delta_e, each.coherence_um) == given), "")
+
+
+def take_quality(grating: QualityFields, name: str) -> None:
+    """Set a grating's fields to those of a step."""
+    quality = next(each for each in QUALITIES if each.name == name)
+    grating.delta_e, grating.coherence_um = quality.delta_e, quality.coherence_um
+
+
+LAMPS_ONLY, REST, ALL = "LAMPS", "REST", "ALL"
+# Identifier, label and tooltip, as in Blender's enumerations.
+LIGHTS = (
+    (REST, "Lamps and World", "Lamps and bright spots of the world light it without noise. The rest of the world and "
+     "other objects light it with noise. Without lamps, the world lights it alone"),
+    (LAMPS_ONLY, "Lamps Only", "The lamps light it with next to no noise. The world and other objects have no effect. "
+     "Without lamps the diffraction is black"),
+    (ALL, "All by Samples", "Every light comes by random samples. This is exact but noisy, most of all under small "
+     "lamps. For reference pictures"),
+)  # fmt: skip
+CHOICES = {name for name, _, _ in LIGHTS}
+# Shown for a grating whose bake supports lamps only.
+NO_SAMPLE_SET = "only lamps light it, because its bake has no .lobes.exr file; bake it with the ensemble model"
 
 
 class Grating(bpy.types.PropertyGroup):
@@ -218,7 +368,7 @@ class Grating(bpy.types.PropertyGroup):
 
     def _kept(self) -> dict[str, Any]:
         """The parsed content of `request`."""
-        from ...precompute.base.strict_json import parse_json
+        from ...precompute.base.strict import parse_json
 
         kept = parse_json(self.request or "{}", self.name, "import the height map again", part="its request: ")
         if not isinstance(kept, dict) or not isinstance(kept.get("scans", []), list):
@@ -341,3 +491,73 @@ def request_record(request: "BakeRequest") -> dict[str, Any]:
 def _decimal(value: float, digits: int) -> float | None:
     """A number rounded to `digits` significant digits, to remove single-precision error; None for 0 (automatic)."""
     return float(f"{value:.{digits}g}") if value else None
+
+
+NOISE, ATTRIBUTE = "NOISE", "ATTRIBUTE"
+# Identifier, label and tooltip, as in Blender's enumerations.
+PATTERNS = (
+    (NOISE, "Noise", "In random patches that blend into each other"),
+    (ATTRIBUTE, "Attribute", "By an attribute of the mesh from 0 to 1: one that you painted, or scale_random of "
+     "Add > Mesh > Snake, one number per scale"),
+)  # fmt: skip
+
+# More further gratings than the interface or the command line offers.
+_SHARES_MAX = 8
+
+
+@dataclass(frozen=True)
+class Variation:
+    """A chosen variation.
+
+    shares     share of the surface of each further grating; the first grating has the rest
+    pattern    one of PATTERNS: how the gratings are distributed
+    attribute  of ATTRIBUTE: its name
+    softness   width of the transition between gratings, as a share of the surface
+    turn       largest turn of the direction to either side, in radians
+    size_m     width of the patches of NOISE and of the turns, in the object's space, in metres"""
+
+    shares: tuple[float, ...] = ()
+    pattern: str = NOISE
+    attribute: str = ""
+    softness: float = 0.0
+    turn: float = 0.0
+    size_m: float = 1.0
+
+    @property
+    def pattern_attribute(self) -> str:
+        """The name of the attribute that distributes the gratings; empty for none."""
+        return self.attribute if self.shares and self.pattern == ATTRIBUTE else ""
+
+    def of_others(self, count: int) -> "Variation":
+        """The variation with at most `count` further gratings; the first grating takes over the other shares."""
+        return replace(self, shares=self.shares[:count])
+
+    @property
+    def summary(self) -> str:
+        """A short description of the variation."""
+        told = []
+        if self.shares:
+            told.append(" + ".join(f"{share:.0%}" for share in (1.0 - sum(self.shares), *self.shares)))
+        if self.turn:
+            told.append(translated("turned by {angle}", angle=f"{degrees(self.turn):.3g}°"))
+        return ", ".join(told) or translated("None")
+
+    def as_property(self) -> dict[str, Any]:
+        """The variation as a value for a custom property."""
+        return asdict(self) | {"shares": [float(share) for share in self.shares]}
+
+    @classmethod
+    def from_property(cls, held: stored.Record | None) -> "Variation":
+        """The variation stored in a custom property; no variation if there is none."""
+        if held is None:
+            return cls()
+        shares = stored.some_numbers(held, "shares", _SHARES_MAX)
+        is_sound = all(share >= 0 for share in shares) and sum(shares) <= 1.0 + 1e-6
+        return cls(
+            shares=shares if is_sound else (),
+            pattern=stored.choice(held.get("pattern"), (NOISE, ATTRIBUTE), NOISE),
+            attribute=stored.text(held, "attribute"),
+            softness=stored.number(held, "softness", low=0.0),
+            turn=stored.number(held, "turn"),
+            size_m=stored.number(held, "size_m", 1.0, low=1e-9),
+        )

@@ -7,7 +7,7 @@ import bpy
 from bpy.props import FloatProperty, FloatVectorProperty, StringProperty
 
 if TYPE_CHECKING:
-    from ...precompute.presets.preset_hologram import PresetHologram
+    from ...precompute.presets.presets import PresetHologram
 
 # A dark skin.
 BASE_COLOR, BASE_ROUGHNESS = (0.012, 0.010, 0.009), 0.6
@@ -40,7 +40,7 @@ class MaterialLook(bpy.types.PropertyGroup):
     def inputs_for(self, name: str) -> dict[str, float]:
         """The values that the Diffraction node of a grating's new material begins with. Raises GratingError, with the
         grating's name, if the file's values are damaged."""
-        from ...precompute.base.strict_json import parse_json
+        from ...precompute.base.strict import parse_json
         from ...precompute.presets.presets import inputs_of
 
         if not self.inputs:
@@ -50,8 +50,8 @@ class MaterialLook(bpy.types.PropertyGroup):
     def hologram_for(self, name: str) -> "PresetHologram | None":
         """The hologram that a grating's new material begins with, or None. Raises GratingError, with the grating's
         name, if the file's values are damaged."""
-        from ...precompute.base.strict_json import parse_json
-        from ...precompute.presets.preset_hologram import hologram_from
+        from ...precompute.base.strict import parse_json
+        from ...precompute.presets.presets import hologram_from
 
         if not self.hologram:
             return None

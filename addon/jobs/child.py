@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Precompute jobs in a separate process: Blender's interface stays responsive, and ending the process cancels a job."""
+"""Precompute jobs in a separate process: Blender's interface stays responsive, and ending the process cancels a job.
+
+The command that starts a second Blender, which leaves the artist's file and windows alone."""
 
 import contextlib
 import importlib.util
@@ -13,12 +15,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import bpy
+
 from ...precompute.bake.cache import FOLDER_VARIABLE
 from ...precompute.base.child_process import PYTHON_FLAGS, ChildProcess, inherited_environment, lines_of
 from ...precompute.base.failure import GratingError
-from ...precompute.base.failure_line import failure_in
 from ...precompute.base.progress import Progress, silent
-from ...precompute.base.strict_json import read_json
+from ...precompute.base.strict import failure_in, read_json
 from ..gratings.cache_folder import cache_folder
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -134,3 +137,12 @@ def package_folders() -> list[str]:
         origin = Path(spec.origin)
         folders.append(str(origin.parents[1] if origin.name == "__init__.py" else origin.parent))
     return list(dict.fromkeys(folders))
+
+
+def background_blender(script: Path, *arguments: str) -> list[str]:
+    """The command that runs a script in a Blender with factory settings and without a window. Code in a file that the
+    script opens does not run."""
+    if bpy.app.binary_path:
+        background = ("--background", "--factory-startup", "--disable-autoexec", "--python-exit-code", "1")
+        return [bpy.app.binary_path, *background, "--python", str(script), "--", *arguments]
+    return [sys.executable, *PYTHON_FLAGS, str(script), *arguments]

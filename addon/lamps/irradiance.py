@@ -7,11 +7,10 @@ import bpy
 import numpy as np
 
 from ..blender import stored
-from .follow import lamp_count
+from .find import LUMINANCE
+from .follow import is_unlinked, lamp_count
 from .lamp_properties import PROPERTIES, property_name
-from .light_linking import is_unlinked
 from .sky import source_count, source_name
-from .strength import LUMINANCE
 
 
 @dataclass(frozen=True)

@@ -14,21 +14,97 @@
 
 P is the shaded point. The inputs are the scene's four properties of the lamp (lamp_properties.py). One group serves
 lamps of all kinds: a material need not change when a lamp changes its kind, and more lamps need no new data-block,
-which Blender's undo would lose if no undo step created it."""
+which Blender's undo would lose if no undo step created it.
 
-from collections.abc import Callable, Sequence
+Reading scene properties in nodes: drivers copy the numbers into the nodes.
+
+The Attribute node (View Layer) could read the properties too. But EEVEE searches for each property in a separate loop
+in every pixel, and some compilers take time cubic in the number of loops: minutes from a dozen on. A driven number is a
+constant of the shader, and changing it needs no recompilation.
+
+The drivers need no Python, and their only target is the scene being evaluated. So they work with auto-run of scripts
+off, and appending a material to another file brings nothing else along.
+
+The light of an area lamp, which may be wide in the sky, by nodes.
+
+The table shows each light as a round Gaussian, and the light of a wide lamp has the lamp's own shape. So each sample
+takes a random point of the lamp, and leaves only a small variance to the table. The points fill a rectangle that is a
+little smaller than the lamp, so that points and Gaussian together have the lamp's variance. A round lamp gets the
+rectangle with its variances. Lamps of other kinds, and small area lamps, stay Gaussians, which have no noise.
+
+The random points serve the table alone. Closures, which must not see what the table shows, get the whole lamp."""
+
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import bpy
 
 from ..blender import stored
-from ..nodes.arrange import arrange
 from ..nodes.builder import Operand, Tree, Value
-from ..nodes.interface import Socket, add_interface, has_sockets
-from ..nodes.node_count import has_parts, note_parts
-from .driven_nodes import feed_property, read_number
+from ..nodes.interface import Socket, add_interface, arrange, has_parts, has_sockets, note_parts
+from .follow import read_unlinked
 from .lamp_properties import PROPERTIES, SPECTRUM, PackedLamp, property_name, unpack
-from .light_linking import read_unlinked
+
+
+def read_property(tree: Tree, name: str) -> tuple[Value, Value]:
+    """Add nodes that hold a custom property of the scene: its first three numbers as a vector, and its fourth, or 0."""
+    vector = tree.node("ShaderNodeCombineXYZ", label=name)
+    number = tree.node("ShaderNodeValue", label=name)
+    for index, socket in enumerate((*vector.inputs, number.outputs[0])):
+        _follow(socket, -1, f'["{name}"][{index}]')
+    return tree.value(vector.outputs[0]), tree.value(number.outputs[0])
+
+
+def read_number(tree: Tree, name: str) -> Value:
+    """Add a node that holds the first number of a custom property of the scene."""
+    socket = tree.node("ShaderNodeValue", label=name).outputs[0]
+    _follow(socket, -1, f'["{name}"][0]')
+    return tree.value(socket)
+
+
+def feed_property(vector: bpy.types.NodeSocket, number: bpy.types.NodeSocket, name: str) -> None:
+    """The same for two inputs of a node, without further nodes."""
+    for index in range(3):
+        _follow(vector, index, f'["{name}"][{index}]')
+    _follow(number, -1, f'["{name}"][3]')
+
+
+def drive_by_scene(tree: Tree, expression: str, variables: Mapping[str, str], *, label: str) -> Value:
+    """Add a node that holds an expression of scene properties, given by their paths in the scene being evaluated. A
+    missing property counts as 0. The expression must be one that Blender evaluates without Python."""
+    socket = tree.node("ShaderNodeValue", label=label).outputs[0]
+    driver = _new_driver(socket, -1, "SCRIPTED")
+    driver.expression = expression
+    for name, path in variables.items():
+        _add_variable(driver, path, name)
+    return tree.value(socket)
+
+
+def _follow(socket: bpy.types.NodeSocket, index: int, path: str) -> None:
+    """Drive a component of a socket's value (-1: a number) by a number of the scene being evaluated; 0 if it is
+    missing."""
+    _add_variable(_new_driver(socket, index, "SUM"), path)
+
+
+def _new_driver(socket: bpy.types.NodeSocket, index: int, kind: str) -> bpy.types.Driver:
+    curve = socket.driver_add("default_value", index)
+    assert isinstance(curve, bpy.types.FCurve)  # for a single number it returns one curve
+    curve.keyframe_points.clear()  # Blender 5.2 creates some and snaps the driver's value to them
+    curve.driver.type = kind  # type: ignore[assignment]  # the stubs list the names
+    if index < 0:
+        socket.default_value = 0.0
+    else:
+        socket.default_value[index] = 0.0
+    return curve.driver
+
+
+def _add_variable(driver: bpy.types.Driver, path: str, name: str = "value") -> None:
+    variable = driver.variables.new()
+    variable.type, variable.name = "CONTEXT_PROP", name
+    target = variable.targets[0]
+    target.context_property, target.data_path = "ACTIVE_SCENE", path
+    target.use_fallback_value, target.fallback_value = True, 0.0
+
 
 # Custom property that marks the group, saved in files.
 _LAMP = "ng_key_light"
@@ -158,3 +234,93 @@ def _cone(tree: Tree, lamp: PackedLamp, wi: Value) -> Value:
     of_spot = (tree.value(rim.outputs["Result"]) - 1.0) * lamp.is_spot + 1.0
     of_area = (tree.maximum(tree.dot(wi, axis), 0.0) - 1.0) * lamp.is_area + 1.0
     return of_spot * of_area
+
+
+# The variance in rad2 that is left to the table: that of a disc with a radius of 3 degrees. A larger one shows colours
+# that are too pale, a smaller one is noisier.
+LEFT = 0.0007
+_AREA_NAME = "Lamp and Point"
+_SEED = Socket("Seed", "Float", "Distinguishes the lamps' random points")
+SHAPE = (
+    Socket("Is Area", "Float", "1 for an area lamp, else 0"),
+    Socket("Is Round", "Float", "1 for a round area lamp, else 0"),
+    Socket("Away", "Vector", "To the lamp's centre, in metres"),
+    Socket("Z", "Vector", "The lamp's z axis"),
+    Socket("X", "Vector", "From an area lamp's centre to its edge, in metres"),
+    Socket("Y", "Vector", "The same along the other side"),
+)
+_POINT = tuple(replace(socket, name=f"Point {socket.name}") for socket in LAMP_OUTPUTS)
+
+
+@dataclass(frozen=True)
+class WholeLamp(Light):
+    """A lamp at the shaded point, with its shape if it is an area lamp.
+
+    is_area, is_round  1 for an area lamp, and for a round one; else 0
+    away               to the lamp's centre
+    axes               an area lamp's z; x and y from its centre to its edges, or of a round lamp to those of the
+                       rectangle with its variances"""
+
+    is_area: Value
+    is_round: Value
+    away: Value
+    axes: tuple[Value, Value, Value]
+
+    def is_met(self, direction: Value) -> Value:
+        """1 if a ray in a direction (a unit vector) meets an area lamp, else 0."""
+        tree = direction.tree
+        z, x, y = self.axes
+        along = tree.math("DIVIDE", tree.dot(self.away, z), tree.dot(direction, z))
+        beside = direction * along - self.away
+        a, b = (tree.math("DIVIDE", tree.dot(beside, axis), tree.dot(axis, axis)) for axis in (x, y))
+        a2, b2 = tree.squared(a), tree.squared(b)
+        square = tree.maximum(a2, b2)
+        # A disc of radius r has the variance of a square with half sides of sqrt(3) / 2 r.
+        least = ((a2 + b2) * 0.75 - square).times_plus(self.is_round, square)
+        return tree.math("LESS_THAN", least, 1.0) * tree.math("GREATER_THAN", along, 0.0)
+
+
+def lamp_and_point(tree: Tree, index: int, linked: bool, *, coloured: bool = False) -> tuple[WholeLamp, Light]:
+    """Add nodes for the scene's lamp `index`: the whole lamp, and the light that a sample takes from it. `linked`:
+    apply light linking. `coloured`: see light_of."""
+    outputs = group_of_lamp(tree, lamp_and_point_group(), index)
+    tree.feed(outputs[_POINT[0].name].socket.node.inputs[_SEED.name], index + 1.0)
+    light, point = (Light(*(outputs[socket.name] for socket in sockets)) for sockets in (LAMP_OUTPUTS, _POINT))
+    if linked:
+        light, point = (
+            replace(each, irradiance=each.irradiance * (1.0 - read_unlinked(tree, index))) for each in (light, point)
+        )
+    is_area, is_round, away, *axes = (outputs[socket.name] for socket in SHAPE)
+    held = light.direction, light.irradiance, light.variance, light.distance, light.casts_shadow
+    shape = is_area, is_round, away, (axes[0], axes[1], axes[2])
+    return WholeLamp(*held, *shape), replace(point, spectrum=spectrum_of_lamp(tree, index, coloured))
+
+
+def lamp_and_point_group() -> bpy.types.NodeTree:
+    """The file's group of a whole lamp and a point of it, created if needed."""
+    return shared_group(_AREA_NAME, (*LAMP_INPUTS, _SEED), (*LAMP_OUTPUTS, *_POINT, *SHAPE), build=_add_both)
+
+
+def _add_both(tree: Tree) -> None:
+    """The nodes of the group."""
+    *packed, seed = tree.inputs().values()
+    place, disc, _, scales, z, rim, x, inner_rim = packed
+    light = light_from(tree, packed, label="Lamp")
+    is_area = tree.math("GREATER_THAN", rim, 1.5)
+    is_round = tree.math("GREATER_THAN", inner_rim, 2.25) * is_area
+    position = tree.value(tree.node("ShaderNodeNewGeometry").outputs["Position"])
+    y = tree.cross(tree.normalize(z), x) * tree.math("ABSOLUTE", scales)
+    away = place - position
+    left = tree.minimum(tree.dot(away, away) * LEFT, disc)
+    size = tree.sqrt(tree.maximum(1.0 - tree.math("DIVIDE", left, disc), 0.0)) * is_area
+    noise = tree.node("ShaderNodeTexWhiteNoise", position, seed, noise_dimensions="4D")
+    split = tree.node("ShaderNodeSeparateXYZ", tree.value(noise.outputs["Color"]))
+    a, b = (tree.value(split.outputs[axis]).times_plus(2.0, -1.0) * size for axis in "XY")
+    # For a lamp of another kind, Cycles removes all that is multiplied by 0, and both lights are the same nodes.
+    offset = tree.vector_math("SCALE", x, a) + tree.vector_math("SCALE", y, b)
+    packed[:2] = place + offset, (left - disc) * is_area + disc
+    point = light_from(tree, packed, label="Point")
+    both = (light.direction, light.irradiance, light.variance, light.distance, light.casts_shadow), (
+        point.direction, point.irradiance, point.variance, point.distance, point.casts_shadow,
+    )  # fmt: skip
+    tree.output(*both[0], *both[1], is_area, is_round, away, z, x, y)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Packing a lamp into four properties of the scene: the drivers that write them and the nodes that read them.
 
-Materials read the properties by their own drivers (driven_nodes.py). All drivers are simple expressions that Blender
+Materials read the properties by their own drivers (lamp_group.py). All drivers are simple expressions that Blender
 evaluates with auto-run of scripts off and without this extension. So diffraction follows every change of a lamp, and a
 material appended to another scene follows the lamps of that scene.
 

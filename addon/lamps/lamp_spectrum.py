@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The spectrum of a lamp: which row of the table of lamps (precompute/colour/lamp_table.py) it has.
+"""The spectrum of a lamp: which row of the table of lamps (precompute/colour/channels.py) it has.
 
 A lamp with Blender's *Temperature* is a black body of this temperature, and a driver follows it. The property
 `diffraction_spectrum` of a lamp names another spectrum: daylight, an LED, a tube, a line or a file. It belongs to the
@@ -9,7 +9,7 @@ import bpy
 from bpy.props import StringProperty
 
 from ...precompute.base.failure import GratingError
-from ..blender.paths import absolute
+from ..blender.guard import absolute
 
 # The name of the lamp's property.
 FIELD = "diffraction_spectrum"
@@ -56,7 +56,7 @@ def is_coloured(light: bpy.types.Light) -> bool:
 
 def row_expression(light: bpy.types.Light) -> str:
     """An expression for a driver: the lamp's row. It reads `temperature`, and its switch as `heated`."""
-    from ...precompute.colour.lamp_table import row_of, row_of_temperature
+    from ...precompute.colour.channels import row_of, row_of_temperature
 
     if text := _named(light):
         return f"{row_of(text, further_spectra()):g}"
@@ -93,7 +93,7 @@ def take_spectrum(light: bpy.types.Light) -> None:
     its path. A black body becomes Blender's own temperature, which can be animated. A text that names no spectrum
     stays, and the panel tells what is wrong with it. An emptied field leaves the lamp white if its colour came from
     here."""
-    from ...precompute.colour.working_space import lamp_rgb
+    from ...precompute.colour.spaces import lamp_rgb
     from ..blender.working_space import working_space
 
     typed = getattr(light, FIELD)

@@ -10,22 +10,76 @@ animated world have a key in each fitted frame; in other frames they have no lig
     place   unit vector to the source; -1 - its variance in rad2 along one axis
     power   its irradiance, W/m2, in the scene's linear RGB; 1, because shadow rays go to its centre
     spectrum  one number: the row of the nearest black body or daylight in the table of lamps; absent if all sources are
-              white"""
+              white
+
+Keyframes on the properties that hold a world's sources (sky.py).
+
+Each value is constant until the next key, so a frame never shows a mixture of the sources of two others.
+
+A sun lamp in place of the sun disc of a world's Sky Texture.
+
+EEVEE draws a Sky Texture without its disc, so there the disc lights nothing but gratings (sky.py). The lamp lights
+everything, in both engines."""
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import bpy
+import numpy as np
+from mathutils import Vector
 
-from ..blender import stored
+from ..blender import compat, stored
 from ..blender.working_space import working_space
-from .sky_keys import key_values, remove_keys
 
 if TYPE_CHECKING:
     from ...precompute.world_sources.sources import Source
+
+
+_CONSTANT = 0  # the interpolation's number in Blender
+_PREFIX = '["ng_world_'
+
+
+def key_values(scene: bpy.types.Scene, name: str, keys: Sequence[tuple[int, Sequence[float]]]) -> None:
+    """Key a custom property of the scene, a list of numbers that exists: frames, and the values from there on.
+
+    Raises RuntimeError if the scene's animation cannot be edited."""
+    path = f'["{name}"]'
+    for index in range(len(keys[0][1])):
+        scene.keyframe_insert(path, index=index, frame=keys[0][0])
+        curve = next(curve for _, curve in _curves(scene) if curve.data_path == path and curve.array_index == index)
+        points = curve.keyframe_points
+        points.add(len(keys) - len(points))
+        points.foreach_set("co", [each for frame, values in keys for each in (float(frame), float(values[index]))])
+        points.foreach_set("interpolation", [_CONSTANT] * len(keys))
+        curve.update()
+
+
+def remove_keys(scene: bpy.types.Scene) -> bool:
+    """Remove the keys of all sources, and the action if nothing else is in it. Return whether there were any."""
+    found = [(bag, curve) for bag, curve in _curves(scene) if curve.data_path.startswith(_PREFIX)]
+    for bag, curve in found:
+        bag.fcurves.remove(curve)
+    if found and not any(True for _ in _curves(scene)):
+        action = scene.animation_data.action
+        scene.animation_data.action = None
+        if not action.users:
+            bpy.data.actions.remove(action)
+    return bool(found)
+
+
+def _curves(scene: bpy.types.Scene) -> Iterator[tuple[bpy.types.ActionChannelbag, bpy.types.FCurve]]:
+    action = scene.animation_data.action if scene.animation_data is not None else None
+    if action is None or action.library is not None:
+        return
+    for layer in action.layers:
+        for strip in layer.strips:
+            for bag in strip.channelbags:
+                yield from ((bag, curve) for curve in bag.fcurves)
+
 
 # Each source costs time in every pixel of the material.
 SOURCES_MAX = 8
@@ -89,7 +143,7 @@ def _keys(frames: Mapping[int, Sequence[_Values]], index: int, what: str) -> Ite
 
 def _row(rgb: Sequence[float]) -> float:
     """The row of a light's colour in the table of lamps."""
-    from ...precompute.colour.lamp_table import nearest_row
+    from ...precompute.colour.channels import nearest_row
 
     return nearest_row(rgb, working_space())
 
@@ -168,3 +222,35 @@ def missed_share(scene: bpy.types.Scene) -> float:
 def source_name(index: int, what: str) -> str:
     """The name of a source's property. Saved .blend files contain these names, so they must not change."""
     return f"ng_world_{index}_{what}"
+
+
+NAME = "Sky Sun"
+# Custom property of the lamp, saved in files: marks what the next such lamp replaces.
+_SKY_SUN = "ng_sky_sun"
+_WITHOUT_SUN = ("PREETHAM", "HOSEK_WILKIE")
+
+
+def sky_with_disc(world: bpy.types.World | None) -> bpy.types.ShaderNodeTexSky | None:
+    """The first Sky Texture among the world's own nodes that is in use and shows its sun disc; else None."""
+    tree = None if world is None else compat.world_nodes(world)
+    skies = [node for node in (tree.nodes if tree else ()) if isinstance(node, bpy.types.ShaderNodeTexSky)]
+    shown = (sky for sky in skies if sky.sun_disc and sky.sky_type not in _WITHOUT_SUN)
+    return next((sky for sky in shown if any(output.is_linked for output in sky.outputs)), None)
+
+
+def add_sky_sun(scene: bpy.types.Scene, sky: bpy.types.ShaderNodeTexSky, source: Source) -> bpy.types.Object:
+    """Replace the disc of the scene's sky by a sun lamp with the light of the source that was fitted to it. Returns the
+    lamp. It is a copy: Blender evaluates no driver anew that reads a node of a world."""
+    for former in [thing for thing in scene.collection.all_objects if stored.flag(thing, _SKY_SUN)]:
+        bpy.data.batch_remove([former.data, former])
+    data = bpy.data.lights.new(NAME, "SUN")
+    data.energy = max(float(source.irradiance.max()), 0.0)
+    data.color = np.clip(source.irradiance / max(data.energy, 1e-30), 0, 1).tolist()
+    # The disc of even brightness that has the source's variance (lamp_properties.py).
+    data.angle = 2 * math.asin(min(2 * math.sqrt(source.variance), 1.0))
+    sun = bpy.data.objects.new(NAME, data)
+    sun[_SKY_SUN] = True
+    scene.collection.objects.link(sun)
+    sun.rotation_euler = Vector(source.direction.tolist()).to_track_quat("Z", "Y").to_euler()
+    sky.sun_disc = False
+    return sun

@@ -2,8 +2,7 @@
 """The nodes that read a source of the scene's world (sky.py)."""
 
 from ..nodes.builder import Tree
-from .driven_nodes import read_number, read_property
-from .lamp_group import FAR, Light
+from .lamp_group import FAR, Light, read_number, read_property
 from .sky import SPECTRUM, source_name
 
 

@@ -1,16 +1,64 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reading a bake's atlas (precompute/table/atlas.py) by nodes: the table, the zero order, and the gains of a plate."""
+"""Reading a bake's atlas (precompute/table/atlas.py) by nodes: the table, the zero order, and the gains of a plate.
+
+Directions in tangent space as nodes.
+
+The small slope reflectance and the ratio form (precompute/optics/brdf.py) as nodes.
+
+Colours of spectra in the scene's linear space, by nodes (precompute/colour/spaces.py).
+
+The colours of a bake's channels under a lamp, by nodes that look up the table of lamps
+(precompute/colour/channels.py)."""
 
 from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
 import bpy
 import numpy as np
 
+from ...precompute.colour.channels import channel_count, lamp_table, lamps_of_table
+from ...precompute.optics.brdf import IOR_MAX
 from ...precompute.table.atlas import STRIP_ROWS, Layout
-from ...precompute.table.direction_disc import disc_texel
-from ...precompute.table.tiling import COLUMNS_BESIDE, TILE_PADDING
+from ...precompute.table.plate_gains import disc_texel
+from ...precompute.table.table import COLUMNS_BESIDE, TILE_PADDING
+from ..blender import stored
+from ..blender.working_space import working_space
+from ..lamps.lamp_spectrum import FURTHER_MAX, further_spectra
 from ..nodes.builder import Operand, Tree, Value
-from .tangent_space import Direction
+from .pictures import fault_of, note_content, note_pictures
+
+
+@dataclass(frozen=True)
+class Direction:
+    """A unit vector in tangent space: its components along T, B and N. `made_of` is the vector, if there is one."""
+
+    x: Value
+    y: Value
+    cosine: Value
+    made_of: Value | None = None
+
+    @cached_property
+    def vector(self) -> Value:
+        """The components as a vector."""
+        return self.made_of or self.cosine.tree.vector(self.x, self.y, self.cosine)
+
+    @classmethod
+    def seen_in(cls, tree: Tree, direction: Value, frame: tuple[Value, Value, Value]) -> Direction:
+        """A direction from world space, given the axes (T, B, N)."""
+        return cls(*(tree.dot(direction, axis) for axis in frame))
+
+    @classmethod
+    def of(cls, tree: Tree, vector: Value) -> Direction:
+        """A vector that is already in tangent space."""
+        node = tree.node("ShaderNodeSeparateXYZ", vector)
+        x, y, z = (tree.value(node.outputs[axis]) for axis in "XYZ")
+        return cls(x, y, z, vector)
+
 
 # Sums of at most this many Chebyshev polynomials are evaluated as powers, whose coefficients are then at most 20.
 _FEW = 6
@@ -96,7 +144,7 @@ class AtlasTable:
         return tree.maximum(tree.value(node.outputs["Color"]), _LIKELY_LEAST)
 
     def _at(self, level: Value, shrink: Value, *, may_be_first: bool = False) -> Place:
-        """The image position of the first term at a blur level, by the rule in precompute/table/tiling.py. `shrink`:
+        """The image position of the first term at a blur level, by the rule in precompute/table/table.py. `shrink`:
         the level's texels along an axis over level 0's. On level 0 the rule gives at most 0, where it begins."""
         tree, cell = self.tree, self.layout.cell
         along = level.times_plus(
@@ -228,7 +276,7 @@ def mirror_gain(tree: Tree, image: bpy.types.Image, layout: Layout, *, way: Dire
 def _on_disc(
     tree: Tree, image: bpy.types.Image, layout: Layout, *, way: Direction, block: tuple[slice, slice], label: str
 ) -> Value:
-    """A table over a disc of directions (precompute/table/direction_disc.py), at a direction. `block` is its place."""
+    """A table over a disc of directions (precompute/table/plate_gains.py), at a direction. `block` is its place."""
     size = layout.width, layout.height
     cosine = tree.maximum(way.cosine, 1e-6)
     sum_ = tree.sqrt(cosine) + 1.0
@@ -237,3 +285,154 @@ def _on_disc(
     middle = (columns.start + columns.stop) / 2, (rows.start + rows.stop) / 2
     step = _over(1 / disc_texel(rows.stop - rows.start), size)
     return tree.image(image, (way.vector * along).times_plus(step, _over(middle, size)), label=label)
+
+
+# The least product of the squared sines of both angles. In single precision a smaller one has no correct digit.
+_SINES_MIN = 1e-6
+
+
+def dielectric_ior(tree: Tree, ior: Value) -> Value:
+    """The index of refraction up to the largest for which the approximation holds."""
+    return tree.minimum(ior, IOR_MAX)
+
+
+def small_slope_over_fresnel(tree: Tree, ior: float, *, light: Direction, view: Direction, one_plus: Value) -> Value:
+    """Q over Fresnel's reflectance at the half angle; arguments as in small_slope_reflectance."""
+    less_one, cosine2 = ior**2 - 1, one_plus * 0.5
+    cosine = tree.sqrt(cosine2)
+    total = tree.sqrt(cosine2 + less_one) + cosine
+    # Fresnel's reflectance is (less_one / total^2)^2 (1 + tm^2) / 2, with the amplitude tm of TM over that of TE.
+    tm = cosine.times_plus(total, -1.0) / (cosine / total).times_plus(less_one, 1.0)
+    slopes = small_slope_reflectance(tree, ior, light=light, view=view, one_plus=one_plus)
+    return slopes * tree.squared(tree.squared(total)) * (2 / less_one**2) / tm.times_plus(tm, 1.0)
+
+
+def small_slope_reflectance(
+    tree: Tree, ior: Value | float, *, light: Direction, view: Direction, one_plus: Value
+) -> Value:
+    """Q for unit vectors to the light and to the viewer; `one_plus` is 1 plus their scalar product."""
+    permittivity = ior * ior
+    less_one = permittivity - 1.0
+    cos2_i, cos2_r = tree.squared(light.cosine), tree.squared(view.cosine)
+    in_i, in_r = tree.sqrt(cos2_i + less_one), tree.sqrt(cos2_r + less_one)
+    along = one_plus - light.cosine.times_plus(view.cosine, 1.0)
+    sines = tree.maximum((1.0 - cos2_i) * (1.0 - cos2_r), _SINES_MIN)
+    # All amplitudes relative to those of TE to TE. On each side, that of TE is 1 / total, and the ratio of TM to TE has
+    # the factor of the vector along the surface, or across.
+    total_i, total_r = light.cosine + in_i, view.cosine + in_r
+    across_i = total_i / light.cosine.times_plus(permittivity, in_i)
+    across_r = total_r / view.cosine.times_plus(permittivity, in_r)
+    crossed = tree.squared(across_i * in_i) + tree.squared(across_r * in_r)
+    tm_tm = (in_i * in_r).times_plus(along, permittivity * sines) * (across_i * across_r)
+    # along^2 / sines is the squared cosine of the azimuth between the directions.
+    same = tree.squared(along).times_plus(1.0 - crossed, tree.squared(tm_tm))
+    te_te = (less_one * math.sqrt(0.5)) / (total_i * total_r)
+    return (same / sines + crossed) * tree.squared(te_te)
+
+
+def shown_rgb(tree: Tree, rgb_from_xyz: np.ndarray, xyz: Value) -> Value:
+    """Linear RGB of a colour in XYZ, by a matrix (3, 3). A colour with negative components is moved towards the grey of
+    the same luminance."""
+    components = [tree.dot(xyz, (float(x), float(y), float(z))) for x, y, z in rgb_from_xyz]
+    y = tree.value(tree.node("ShaderNodeSeparateXYZ", xyz).outputs["Y"])
+    return _kept_in(tree, components, tree.vector(*components), y)
+
+
+def shown_under_lamp(tree: Tree, rgb: Value, luminance: Value) -> Value:
+    """The same for linear RGB over that of a lamp; `luminance` is the share of each component in the luminance."""
+    components = [tree.value(socket) for socket in tree.node("ShaderNodeSeparateXYZ", rgb).outputs]
+    return _kept_in(tree, components, rgb, tree.dot(rgb, luminance))
+
+
+def _kept_in(tree: Tree, components: list[Value], rgb: Value, y: Value) -> Value:
+    red, green, blue = components
+    y = tree.maximum(y, 0.0)
+    lowest = tree.minimum(tree.minimum(red, green), tree.minimum(blue, 0.0))
+    # Blender divides by 0 to 0, so a colour of no luminance becomes black.
+    share = tree.math("DIVIDE", y, y - lowest)
+    return tree.blend(share, y, rgb)
+
+
+# The label of the nodes that look up a table of lamps begins with this.
+LABEL = "Lamp "
+# Custom properties of a table of lamps, saved in files: its bakes' light, and what it was made from.
+_ILLUMINANT, _CONTENT = "ng_lamps_of", "ng_lamps"
+_ROWS = len(lamps_of_table()) + FURTHER_MAX
+
+
+def lamp_table_image(illuminant: str) -> bpy.types.Image:
+    """The file's table of lamps for bakes under an illuminant, in the file's working space; created if needed."""
+    for image in bpy.data.images:
+        if stored.text(image, _ILLUMINANT) == illuminant and image.library is None and not fault_of(image):
+            _renew(image, illuminant)
+            return image
+    columns = channel_count(illuminant) + 1
+    image = bpy.data.images.new("Lamp Spectra", columns, _ROWS, float_buffer=True, is_data=True)
+    image.use_half_precision = False
+    image[_ILLUMINANT] = illuminant
+    _renew(image, illuminant)
+    return image
+
+
+def renew_lamp_tables(groups: Iterable[bpy.types.NodeTree | None]) -> None:
+    """Renew the tables of lamps of responses' node groups if lamps have got spectra of other files.
+
+    The pictures stay the same data-blocks, because a handler may call this (workflow/handlers.py)."""
+    own = {group: _tables_of(group) for group in filter(None, groups) if group.library is None}
+    renewed = {image for image in set().union(*own.values()) if _renew(image, stored.text(image, _ILLUMINANT))}
+    for group, images in own.items():
+        if images & renewed:
+            note_pictures(group)
+
+
+def _tables_of(group: bpy.types.NodeTree) -> set[bpy.types.Image]:
+    """The file's own tables of lamps that a node group looks up."""
+    nodes = [node for node in group.nodes if node.type == "TEX_IMAGE" and node.label.startswith(LABEL)]
+    found = {node.image for node in nodes if node.image is not None and node.image.library is None}
+    return {image for image in found if stored.text(image, _ILLUMINANT)}
+
+
+def _renew(image: bpy.types.Image, illuminant: str) -> bool:
+    """Fill a table if the lamps of the file or its working space have changed. Return whether they have."""
+    further, space = further_spectra(), working_space()
+    digest = hashlib.sha256("\n".join((illuminant, *further)).encode()).hexdigest()
+    content = f"lamps {space} {digest}"
+    if stored.text(image, _CONTENT) == content:
+        return False
+    table = lamp_table(space, illuminant, further)
+    if tuple(image.size) != (table.shape[1], _ROWS):  # another version of the extension made it
+        return False
+    pixels = np.ones((_ROWS, table.shape[1], 4), np.float32)
+    pixels[: len(table), :, :3] = table
+    image.pixels.foreach_set(pixels.ravel())
+    image.pack()
+    image.update()
+    image[_CONTENT] = content
+    note_content(image, content)
+    return True
+
+
+class LampColours:
+    """The colours of channels under the lamp of a row."""
+
+    def __init__(self, tree: Tree, image: bpy.types.Image, row: Value, triples: int):
+        self.tree = tree
+        count = 3 * triples + 1
+        y = row.times_plus(1 / _ROWS, 0.5 / _ROWS)
+        settings = {"image": image, "interpolation": "Closest", "extension": "EXTEND"}
+        columns = []
+        for column in range(count):
+            place = tree.vector((column + 0.5) / count, y, 0.0)
+            node = tree.node("ShaderNodeTexImage", place, label=f"{LABEL}{column}", **settings)
+            columns.append(tree.value(node.outputs["Color"]))
+        *self.columns, self.luminance = columns
+
+    def shown(self, triples: Sequence[Value]) -> Value:
+        """Linear RGB over the lamp's own, of channels that come in threes."""
+        tree = self.tree
+        split = [tree.node("ShaderNodeSeparateXYZ", triple).outputs for triple in triples]
+        channels = [tree.value(socket) for sockets in split for socket in sockets]
+        rgb = self.columns[0] * channels[0]
+        for column, channel in zip(self.columns[1:], channels[1:], strict=True):
+            rgb = column.times_plus(channel, rgb)
+        return shown_under_lamp(tree, rgb, self.luminance)

@@ -27,9 +27,8 @@ from ..lamps.find import DIFFRACTION_LAMP
 from ..lamps.lamp_group import light_of_object
 from ..lamps.lamp_properties import drive_properties
 from ..lamps.lamp_spectrum import is_coloured
-from ..nodes.arrange import arrange
 from ..nodes.builder import Tree
-from ..nodes.interface import Socket
+from ..nodes.interface import Socket, arrange
 from .response import IRRADIANCE, NORMAL, SPECTRUM, TANGENT, TO_LIGHT, VARIANCE, ZERO_ORDER, Response
 
 # Ray visibility to switch off: these rays would also see the grating, whose material shows the same light.

@@ -40,7 +40,7 @@ def far_lamps(group: bpy.types.NodeTree | None, scene: bpy.types.Scene) -> list[
     spectra = {lamp.name: spectrum for lamp in followed_lamps(scene) if (spectrum := seen_spectrum(lamp.data))}
     if group is None or not spectra:
         return []
-    from ...precompute.colour.several_lamps import stated_error
+    from ...precompute.colour.channels import stated_error
 
     worst: dict[str, tuple[float, float]] = {}
     for response in responses_in(group):

@@ -10,8 +10,8 @@ from pathlib import Path
 import bpy
 
 from ..blender import stored
-from ..blender.paths import absolute
-from ..nodes.node_count import has_parts, note_parts
+from ..blender.guard import absolute
+from ..nodes.interface import has_parts, note_parts
 
 # Custom properties of pictures, saved in files: what the picture was made from, and its packed size in bytes.
 _MADE_FROM, _BYTES = "ng_picture", "ng_picture_bytes"

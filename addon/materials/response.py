@@ -17,8 +17,7 @@ from itertools import count, takewhile
 
 import bpy
 
-from ...precompute.optics.fresnel import KERATIN_IOR
-from ...precompute.optics.small_slope import IOR_MAX
+from ...precompute.optics.brdf import IOR_MAX, KERATIN_IOR
 from ..blender import stored
 from ..blender.working_space import working_space
 from ..nodes.builder import Operand, Tree, Value

@@ -12,17 +12,24 @@
 | Shader (out)      |        |         | the material |
 | Diffraction (out) |        |         | its diffracted radiance alone, also an AOV of that name |
 
-Which lights are shown is one of gratings/lights_choice.py:
+Which lights are shown is one of gratings/grating.py:
 
 | LAMPS | the followed lamps by Lo alone; no closures, no noise |
 | REST  | the followed lamps and the sources of the world (lamps/sky.py) by Lo, without their mirror images; one closure
           for the mirror images of everything, and one for the scattered light of everything else |
 | ALL   | closures for the mirror images and the scattered light of everything; no Lo |
 
-EEVEE holds at most 64 KiB of a material's constants (nodes/eevee_constants.py). Sources that do not fit, the dimmest
+EEVEE holds at most 64 KiB of a material's constants (nodes/interface.py). Sources that do not fit, the dimmest
 first, are left to the closures, in Cycles too.
 
-skin_nodes.py makes the nodes."""
+skin_nodes.py makes the nodes.
+
+Diffraction groups in .blend files that an earlier version of the extension saved.
+
+Their responses have one input more, "Energy Conserving". This version cannot read their bakes. But the .blend holds
+their nodes and pictures, so such a response stays as it was saved until a new bake replaces it.
+
+The lights that the scenes of the file hold, for Diffraction groups, which all scenes share."""
 
 import math
 from collections.abc import Iterable
@@ -32,20 +39,22 @@ from typing import Any
 import bpy
 
 from ..blender import stored
-from ..gratings.lights_choice import LAMPS_ONLY, REST
-from ..gratings.variation import Variation
-from ..nodes.eevee_constants import ROOM, constant_bytes
-from ..nodes.interface import Socket, add_interface, has_sockets, restore_interface
-from ..nodes.node_count import has_parts, note_parts
-from . import group_properties
-from .file_lights import (
-    areas_of_file,
-    coloured_of_file,
-    has_coloured_sources,
-    lamps_of_file,
-    left_out_of_file,
-    sources_of_file,
+from ..gratings.grating import LAMPS_ONLY, REST, Variation
+from ..lamps.follow import coloured_lamps, followed_lamps, is_linked, lamp_count, left_out_count
+from ..lamps.sky import coloured_sources, source_count
+from ..nodes.interface import (
+    INPUT,
+    ROOM,
+    Socket,
+    add_interface,
+    constant_bytes,
+    has_parts,
+    has_sockets,
+    note_parts,
+    restore_interface,
+    sockets_of,
 )
+from . import group_properties
 from .group_properties import (
     areas_in,
     coloured_in,
@@ -69,10 +78,95 @@ from .response import (
     ROUGHNESS,
     Response,
     further_responses,
+    is_response,
     response_in,
     responses_in,
 )
 from .shadow import is_of_other_version
+
+FAULT = "made by an earlier version of this extension, and shown as saved"
+REMEDY = "to renew it, press Bake Grating, then Assign to Selected"
+_INPUT = "Energy Conserving"
+
+
+def is_of_earlier_version(group: bpy.types.NodeTree) -> bool:
+    """Whether an earlier version made a Diffraction group, or a response in it."""
+    return bool(_own_inputs(group) or _earlier(group))
+
+
+def keep_earlier_input(group: bpy.types.NodeTree) -> None:
+    """Link the earlier responses in a refilled Diffraction group to the group's own input, so that they show as before.
+    If a new bake has replaced all of them, remove the input."""
+    earlier = _earlier(group)
+    if earlier and _own_inputs(group):
+        (given,) = (node.outputs[_INPUT] for node in group.nodes if node.type == "GROUP_INPUT")
+        for node in earlier:
+            group.links.new(given, node.inputs[_INPUT])
+        return
+    for item in _own_inputs(group):
+        group.interface.remove(item)
+
+
+def _earlier(group: bpy.types.NodeTree) -> list[bpy.types.Node]:
+    return [node for node in group.nodes if is_response(node) and _INPUT in node.inputs]
+
+
+def _own_inputs(group: bpy.types.NodeTree) -> list[bpy.types.NodeTreeInterfaceSocket]:
+    return [item for item in sockets_of(group, INPUT) if item.name == _INPUT]
+
+
+def lamps_of_file() -> list[bool]:
+    """For each lamp that some scene of the file follows, whether its light is linked. Never empty."""
+    followed = [[is_linked(lamp) for lamp in followed_lamps(scene)] for scene in bpy.data.scenes]
+    return [any(linked) for linked in zip_longest([False], *followed, fillvalue=False)]
+
+
+def areas_of_file() -> set[int]:
+    """The indices of the lamps that are area lamps in some scene of the file."""
+    lamps = (pair for scene in bpy.data.scenes for pair in enumerate(followed_lamps(scene)))
+    return {index for index, lamp in lamps if lamp.data.type == "AREA"}
+
+
+def coloured_of_file() -> set[int]:
+    """The indices of the lamps that may have another spectrum than white in some scene of the file."""
+    return set().union(*map(coloured_lamps, bpy.data.scenes))
+
+
+def has_coloured_sources() -> bool:
+    """Whether a source of a world in the file has another spectrum than white."""
+    return any(map(coloured_sources, bpy.data.scenes))
+
+
+def left_out_of_file() -> int:
+    """The largest number of lamps that the artist leaves out of a scene of the file."""
+    return max(map(left_out_count, bpy.data.scenes), default=0)
+
+
+def sources_of_file() -> int:
+    """The largest number of world sources that a scene of the file stores."""
+    return max(map(source_count, bpy.data.scenes), default=0)
+
+
+def follows_light_linking() -> bool:
+    """Whether some Diffraction group in the file applies light linking."""
+    return any(any(lamps_in(group)) for group in diffraction_groups())
+
+
+def follows_world() -> bool:
+    """Whether some Diffraction group that the file uses reads the sources of worlds."""
+    return any(group.users and lights_of(group) == REST for group in diffraction_groups())
+
+
+def linked_with_fewer_lamps(scene: bpy.types.Scene) -> list[str]:
+    """One warning line for each linked (so read-only) Diffraction group with fewer lamps than the scene follows, and
+    one for each that shows lamps which the artist leaves out."""
+    count, left_out = lamp_count(scene), left_out_count(scene)
+    groups = [group for group in diffraction_groups() if group.library is not None]
+    fewer = [(group.name, len(lamps_in(group))) for group in groups if len(lamps_in(group)) < count]
+    lines = [f"{name}: linked with only {held} of {count} lamps; make it local" for name, held in fewer]
+    showing = [group.name for group in groups if lights_of(group) == REST and left_out_in(group) < left_out]
+    return lines + [f"{name}: linked, so it shows lamps that you leave out; make it local" for name in showing]
+
 
 # The bytes of constants reserved for the rest of a material: ten Principled BSDFs or a hundred other nodes.
 _LEFT = 2048
@@ -174,8 +268,7 @@ def fill_group(
     group's own response takes over the shares of deleted further ones."""
     if not responses:
         return
-    from ..nodes.arrange import arrange
-    from .earlier_version import keep_earlier_input
+    from ..nodes.interface import arrange
     from .skin_nodes import make_nodes  # most sessions begin without it
 
     group.nodes.clear()
@@ -247,7 +340,7 @@ def show_lamps(*, exactly: bool) -> None:
             note_coloured(group, wanted_spectra[0], sources=wanted_spectra[1])
             fill_group(group, responses_in(group), lamps, sources=count)
     if trees:
-        from .lamp_table_nodes import renew_lamp_tables  # most files do not need it
+        from .atlas_nodes import renew_lamp_tables  # most files do not need it
 
         renew_lamp_tables(trees)
 

@@ -7,28 +7,65 @@ R is what a smooth surface reflects towards the viewer, with the face of a plate
 dielectric. Nothing is seen through a metal: it has wd Base + (1 - wd - k) metal in place of (1 - k R) Base, where metal
 is a closure of the colour R. A Shader's weight is a number, so R is the luminance above the Base. Lo is the light that
 the response (response.py) sends to the viewer from one lamp (lamps/lamp_group.py). V is 1 where the surface sees the
-lamp, else 0. face: see plate_nodes.py. From four lamps on, the sum is over two of them in each sample (two_answers.py).
+lamp, else 0. face: see matter_nodes.py. From four lamps on, the sum is over two of them in each sample
+(lamp_choice.py).
 
 No light counts twice. In REST the closure of the scattered light is a perfect mirror around a random normal, black
 where its one direction leads to a followed lamp or source. A lamp's cone has a radius of sqrt(6) standard deviations of
 its disc: the corner of a square lamp, and 1.22 radii of a round one. The table and the closure share wide lamps. The
-closure is also black where its direction leads to a lamp that the artist leaves out, however wide."""
+closure is also black where its direction leads to a lamp that the artist leaves out, however wide.
 
-from itertools import zip_longest
+The footprint of a pixel: how much the normal varies within it, converted to a roughness.
+
+A pixel shows the mean over the part of the surface within it. On a curved surface the normal varies there, and with it
+the visible order; a single sample shows only one of the colours. The coarser blur levels of the table hold their mean.
+Within a pixel, the normals have the variance along one axis
+
+    F^2 = k p^2 (sum over x, y, z of |a_i|^2) / 2,     a_i = g_i - N (g_i.wr) / (N.wr),     g_i = grad N_i
+
+p is the width of a pixel at the surface. k is the variance of the area that one sample covers, in pixels squared: the
+variance of the pixel filter over the number of samples, because n samples share the filter's area. So the blur shrinks
+as samples accumulate, and the mean of the pixel does not change. EEVEE places its samples identically in each frame,
+which shows as flicker. There k assumes a quarter of the samples, but at least four (or all, if there are fewer).
+
+A normal that turns by a moves the tangential part of the half vector by w a, like a facet of a rough surface. So the
+footprint acts as roughness: Beckmann's slopes have the variance r^4 / 2, and
+
+    r'^4 = r^4 + 2 F^2
+
+The gradients come from Bump nodes: for a height f and a distance p, a Bump node turns N to N - p grad f. In Cycles the
+normal of the Texture Coordinate node has a gradient and the normal of the Geometry node has none; in EEVEE it is the
+other way round. So their sum has the gradient once in each engine, and a factor on one of them applies to one engine.
+
+The blur is round, but the normals of a needle vary along one direction only. A wide round blur would show light that no
+normal reflects. So F^2 is at most (4 degrees)^2, and stronger variation within a pixel keeps some noise.
+
+Neglected: the turn of the tangent about the normal, and the turn of the view, which is smaller than a pixel's angle.
+
+A grating's variation over a skin, as nodes: the share of each relief at a point, and the turn of the direction
+there. Unused variation adds no nodes.
+
+A pattern is a number x, distributed uniformly from 0 to 1 over the surface. Each relief takes an interval of this range
+as long as its share of the surface: with shares s1, s2, s3 the bounds are b1 = s1 and b2 = s1 + s2, and the shares at a
+point are
+
+    1 - S(x - b1),  S(x - b1) - S(x - b2),  S(x - b2)
+
+S is a step from 0 to 1 over the softness. The shares add up to 1 everywhere. Patches are wider than the coherence
+length, so light from different patches does not interfere: their radiances are added, weighted by the shares."""
+
+from itertools import pairwise, zip_longest
 
 import bpy
 
 from ..direction.tangent_frame import frame_nodes
-from ..gratings.lights_choice import ALL, LAMPS_ONLY, REST
-from ..lamps.area_lamp import lamp_and_point_group
-from ..lamps.driven_nodes import read_number
+from ..gratings.grating import ALL, LAMPS_ONLY, REST, Variation
 from ..lamps.find import LAMPS_MAX
-from ..lamps.lamp_group import Light, lamp_group, light_of
+from ..lamps.lamp_group import Light, drive_by_scene, lamp_and_point_group, lamp_group, light_of, read_number
 from ..lamps.sky import REST_SPECTRUM
 from ..lamps.sky_nodes import source_light
 from ..nodes.builder import Operand, Tree, Value
 from ..nodes.interface import Socket
-from .footprint import with_footprint
 from .group_properties import (
     answers_every_lamp,
     areas_in,
@@ -41,7 +78,17 @@ from .group_properties import (
     traces_shadows,
     variation_of,
 )
-from .light_masks import is_lit, rays
+from .lamp_choice import (
+    ALL_UP_TO,
+    either_group,
+    is_lit,
+    lamp_for_table,
+    left_by_table,
+    left_group,
+    rays,
+    table_share,
+    two_answers,
+)
 from .matter_nodes import is_opaque, plate_of, smooth_reflectance
 from .response import (
     IRRADIANCE,
@@ -58,9 +105,119 @@ from .response import (
     Shown,
 )
 from .shadow import hit, ray_start
-from .two_answers import ALL_UP_TO, either_group, two_answers
-from .variation_nodes import variation_nodes
-from .wide_lamps import lamp_for_table, left_by_table, left_group, table_share
+
+# The variance, in pixels squared, of a Blackman-Harris filter one pixel wide, which ends one pixel from its centre.
+_FILTER = 0.0768
+# In EEVEE, up to this many samples each count; of many samples, one in this many counts.
+_EEVEE_FEW, _EEVEE_SHARE = 4, 4
+# The largest variance of the normals, in rad2. A needle a tenth of a pixel wide would be 4.1 times too bright without
+# this limit, and is 1.1 times too bright with it. A snake rendered with 16 samples has the same error either way
+# (laboratory/benchmarks/hard_scenes.py, laboratory/benchmarks/footprint.py).
+MOST = 0.005
+# The width of a pixel for the scene's camera: per distance for a perspective camera, constant for an orthographic one.
+_PIXELS = "(max(width, height) * percent / 100)"
+_PERSPECTIVE = f"(kind == 0) * 2 * tan(angle / 2) / {_PIXELS}"
+_ORTHOGRAPHIC = f"(kind == 1) * scale / {_PIXELS}"
+_CAMERA = {
+    "kind": "camera.data.type",
+    "width": "render.resolution_x",
+    "height": "render.resolution_y",
+    "percent": "render.resolution_percentage",
+}
+
+
+def with_footprint(tree: Tree, roughness: Value) -> Value:
+    """Add the footprint's nodes and return the roughness that includes it."""
+    per_distance = drive_by_scene(tree, _PERSPECTIVE, _CAMERA | {"angle": "camera.data.angle"}, label="Pixel Angle")
+    width = drive_by_scene(tree, _ORTHOGRAPHIC, _CAMERA | {"scale": "camera.data.ortho_scale"}, label="Pixel Width")
+    in_cycles = drive_by_scene(
+        tree, "width / sqrt(max(n, 1))", {"width": "cycles.filter_width", "n": "cycles.samples"}, label="In Cycles"
+    )
+    in_eevee = drive_by_scene(
+        tree,
+        f"width / sqrt(max(n / {_EEVEE_SHARE}, min(max(n, 1), {_EEVEE_FEW})))",
+        {"width": "render.filter_size", "n": "eevee.taa_render_samples"},
+        label="In EEVEE",
+    )
+    distance = tree.value(tree.node("ShaderNodeCameraData").outputs["View Distance"])
+    p = distance.times_plus(per_distance, width)
+
+    geometry = tree.node("ShaderNodeNewGeometry")
+    n, wr = (tree.value(geometry.outputs[name]) for name in ("Normal", "Incoming"))
+    coordinates = tree.node("ShaderNodeTexCoord")
+    settings = {"vector_type": "NORMAL", "convert_from": "OBJECT", "convert_to": "WORLD"}
+    turned = tree.node("ShaderNodeVectorTransform", tree.value(coordinates.outputs["Normal"]), **settings)
+    heights = (tree.node("ShaderNodeSeparateXYZ", each).outputs for each in (tree.value(turned.outputs["Vector"]), n))
+    cosine = tree.dot(n, wr)
+    steep = 1.0 / tree.maximum(cosine, 0.05)
+    total: Value | float = 0.0
+    for turned_i, n_i in zip(*heights, strict=True):
+        bump = tree.node("ShaderNodeBump")
+        tree.feed(bump.inputs["Strength"], 1.0)
+        tree.feed(bump.inputs["Distance"], p)
+        # Cycles computes the height three times for each Bump node, so its few nodes are of numbers.
+        tree.feed(bump.inputs["Height"], tree.value(turned_i).times_plus(in_cycles, tree.value(n_i) * in_eevee))
+        bent = tree.value(bump.outputs["Normal"])
+        # bent is along n - p grad N_i, so 1 / (bent.n)^2 is 1 + |p grad N_i|^2.
+        along = 1.0 / tree.dot(bent, n)
+        towards = (tree.dot(bent, wr) * along - cosine) * steep
+        total = towards.times_plus(towards, along.times_plus(along, -1.0)) + total
+    # r'^2 = sqrt(r^4 + 2 F^2)
+    square = tree.squared(roughness * roughness) + tree.minimum(tree.maximum(total, 0.0) * _FILTER, 2 * MOST)
+    return tree.sqrt(tree.sqrt(square))
+
+
+# With this detail, a Noise Texture is almost normally distributed around 0.5. Its distribution function, within 0.015,
+# is (1 + tanh(k (noise - 0.5))) / 2, which makes it uniform.
+_DETAIL, _EVEN = 1.0, 8.5
+# Positions before modifiers and shape keys; Blender stores them if this is enabled on the object.
+REST_POSITION = "rest_position"
+
+
+def variation_nodes(tree: Tree, variation: Variation) -> tuple[list[Value | None], Value | None]:
+    """The share of each relief at a point, where None is 1; and the turn of the direction in radians, or None."""
+    name = variation.pattern_attribute
+    by_noise = variation.shares and not name
+    place, turning = _noise(tree, variation.size_m) if by_noise or variation.turn else (None, None)
+    turn = (turning * 2.0 - 1.0) * variation.turn if turning is not None and variation.turn else None
+    if not variation.shares:
+        return [None], turn
+    if name:
+        held = tree.node("ShaderNodeAttribute", attribute_type="GEOMETRY", attribute_name=name, label=name)
+        place = tree.value(held.outputs["Fac"])
+    assert place is not None
+    bound, beyond = 1.0 - sum(variation.shares), []
+    for share in variation.shares:
+        beyond.append(_step(tree, place, bound, variation.softness))
+        bound += share
+    return [1.0 - beyond[0], *(a - b for a, b in pairwise(beyond)), beyond[-1]], turn
+
+
+def _noise(tree: Tree, size_m: float) -> tuple[Value, Value]:
+    """Two independent numbers that vary over the surface, each uniform from 0 to 1. They use the rest position where it
+    is stored, so that the pattern moves with a deforming skin."""
+    held, _ = tree.attribute(REST_POSITION, "GEOMETRY")
+    absent = tree.math("LESS_THAN", tree.dot(held, held), 1e-24)
+    place = held + tree.value(tree.node("ShaderNodeTexCoord").outputs["Object"]) * absent
+    noise = tree.node("ShaderNodeTexNoise", place)
+    tree.feed(noise.inputs["Scale"], 1.0 / size_m)
+    tree.feed(noise.inputs["Detail"], _DETAIL)
+    red, green, _ = tree.node("ShaderNodeSeparateXYZ", tree.value(noise.outputs["Color"])).outputs
+    first, second = (
+        tree.math("TANH", tree.value(channel).times_plus(_EVEN, -_EVEN / 2)).times_plus(0.5, 0.5)
+        for channel in (red, green)
+    )
+    return first, second
+
+
+def _step(tree: Tree, place: Value, bound: float, softness: float) -> Value:
+    """A step from 0 to 1 at a bound, smooth over the softness."""
+    if softness <= 0:
+        return tree.math("GREATER_THAN", place, bound)
+    ends = (bound - softness / 2, bound + softness / 2)
+    node = tree.node("ShaderNodeMapRange", place, *ends, 0.0, 1.0, interpolation_type="SMOOTHSTEP")
+    return tree.value(node.outputs["Result"])
+
 
 AOV_NAME = "Diffraction"
 # Weights of a lamp's red, green and blue in a choice among lamps. Any positive weights would do.

@@ -5,9 +5,7 @@ selected objects."""
 import bpy
 
 from ...precompute.base.failure import GratingError
-from .on_selected_meshes import OnSelectedMeshes
-from .polls import in_object_mode
-from .reports import report_failure, report_lines
+from .shared import OnSelectedMeshes, in_object_mode, report_failure, report_lines
 
 
 class AddDiffraction(OnSelectedMeshes, bpy.types.Operator):
@@ -33,7 +31,7 @@ class RemoveDiffraction(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        from ..workflow.removing import slots_with_diffraction
+        from ..workflow.assigning import slots_with_diffraction
 
         if not in_object_mode(cls, context):
             return False
@@ -43,7 +41,7 @@ class RemoveDiffraction(bpy.types.Operator):
         return True
 
     def execute(self, context):
-        from ..workflow.removing import remove_from
+        from ..workflow.assigning import remove_from
 
         try:
             return report_lines(self, [remove_from(context.selected_objects)])

@@ -6,7 +6,7 @@ from bpy.props import EnumProperty, FloatProperty, IntProperty
 
 from ..blender.guard import guarded, guarded_draw
 from ..gratings.grating import scan_record
-from .reports import report_added
+from .shared import report_added
 
 # As in precompute/surface/generated/kinds.py, which is not loaded when Blender starts.
 _KINDS = (

@@ -8,8 +8,7 @@ from ...precompute.base.failure import GratingError
 from ..blender.guard import guarded_draw
 from ..materials.holograms import patterns
 from ..nodes.interface import Socket
-from .polls import has_grating, in_object_mode
-from .reports import report_failure, report_lines
+from .shared import has_grating, in_object_mode, report_failure, report_lines
 
 
 def _field(socket: Socket):

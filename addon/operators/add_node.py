@@ -10,11 +10,10 @@ from ...precompute.base.failure import GratingError
 from ..blender.guard import guarded, guarded_draw
 from ..materials.holograms.patterns import NONE, PATTERNS, PICTURE
 from .add_preset import presets
-from .polls import OperatorMixin
-from .reports import report_failure, report_lines
+from .shared import OperatorMixin, report_failure, report_lines
 
 if TYPE_CHECKING:
-    from ..workflow.adding_nodes import Place
+    from ..workflow.presets import Place
 
 
 class AddsNode(OperatorMixin):
@@ -47,7 +46,7 @@ class AddsNode(OperatorMixin):
         return done
 
     def execute(self, context):
-        from ..workflow.adding_nodes import Place
+        from ..workflow.presets import Place
 
         space = context.space_data
         place = Place(space.id, space.edit_tree, tuple(space.cursor_location))
@@ -75,7 +74,7 @@ class AddGratingNode(AddsNode, bpy.types.Operator):
     )
 
     def put(self, scene: bpy.types.Scene, place: "Place") -> list[str]:
-        from ..workflow.adding_nodes import add_grating_node
+        from ..workflow.presets import add_grating_node
 
         return add_grating_node(scene, self.grating, place)
 
@@ -90,7 +89,7 @@ class AddPresetNode(AddsNode, bpy.types.Operator):
     preset: EnumProperty(name="Preset", description="Ready-made surface to add", items=presets, options={"SKIP_SAVE"})
 
     def put(self, scene: bpy.types.Scene, place: "Place") -> list[str]:
-        from ..workflow.adding_nodes import add_preset_node
+        from ..workflow.presets import add_preset_node
 
         return add_preset_node(scene, self.preset, place)
 
@@ -110,7 +109,7 @@ class AddPatternNode(AddsNode, bpy.types.Operator):
     )
 
     def put(self, scene: bpy.types.Scene, place: "Place") -> list[str]:
-        from ..workflow.adding_nodes import add_pattern_node
+        from ..workflow.presets import add_pattern_node
 
         return add_pattern_node(scene, self.pattern, place)
 

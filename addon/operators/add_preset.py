@@ -7,7 +7,7 @@ from bpy.props import BoolProperty, EnumProperty, StringProperty
 
 from ...precompute.base.failure import GratingError
 from .load_bake import LoadsFiles, takes_drops
-from .reports import report_added, report_failure, report_lines
+from .shared import report_added, report_failure, report_lines
 
 # Blender keeps no reference to the texts of a dynamic enumeration, so they are kept here. Read at the first use.
 _items: list[tuple[str, str, str]] = []
@@ -48,7 +48,7 @@ class AddPreset(bpy.types.Operator):
     )
 
     def execute(self, context):
-        from ..workflow.adding_presets import import_preset, put_preset
+        from ..workflow.presets import import_preset, put_preset
 
         if self.assign:
             try:
@@ -68,7 +68,7 @@ class LoadPreset(LoadsFiles, bpy.types.Operator):  # type: ignore[misc]  # both 
     filter_glob: StringProperty(default="*.json", options={"HIDDEN"})
 
     def load(self, scene: bpy.types.Scene, path: str) -> list[str]:
-        from ..workflow.adding_presets import import_preset
+        from ..workflow.presets import import_preset
 
         return [import_preset(scene, path)]
 

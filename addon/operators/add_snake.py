@@ -6,8 +6,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty
 
 from ...precompute.base.failure import GratingError
 from ..blender.guard import guarded
-from .polls import in_object_mode
-from .reports import report_failure, report_lines
+from .shared import in_object_mode, report_failure, report_lines
 
 _SPECIES = (
     ("XENOPELTIS", "Xenopeltis unicolor", "Sunbeam snake: smooth, flush scales, brown with pale rims"),

@@ -8,8 +8,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, StringProperty
 
 from ...precompute.base.failure import GratingError
 from .add_preset import presets
-from .polls import has_active_mesh, in_object_mode
-from .reports import report_failure, report_lines
+from .shared import has_active_mesh, in_object_mode, report_failure, report_lines
 
 ACTIVE = "ACTIVE"
 # Blender keeps no reference to the texts of a dynamic enumeration, so they are kept here. Made at the first use.

@@ -5,7 +5,7 @@ import bpy
 
 from ...precompute.base.failure import GratingError
 from ..materials.group_properties import is_diffraction
-from .reports import report_failure, report_lines
+from .shared import report_failure, report_lines
 
 
 class AdoptMaterials(bpy.types.Operator):

@@ -3,7 +3,7 @@
 
 import bpy
 
-from .on_selected_meshes import OnSelectedMeshes
+from .shared import OnSelectedMeshes
 
 
 class AssignToSelected(OnSelectedMeshes, bpy.types.Operator):

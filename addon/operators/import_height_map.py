@@ -9,7 +9,7 @@ from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatPrope
 from bpy_extras.io_utils import ImportHelper
 
 from ..blender.guard import guarded
-from .reports import report_added
+from .shared import report_added
 
 
 class ImportHeightMap(bpy.types.Operator, ImportHelper):

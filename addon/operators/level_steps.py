@@ -8,8 +8,7 @@ from bpy.props import EnumProperty, StringProperty
 
 from ...precompute.base.failure import GratingError
 from ..gratings.grating import active_grating
-from .polls import OperatorMixin, has_grating
-from .reports import report_failure
+from .shared import OperatorMixin, has_grating, report_failure
 
 
 @cache

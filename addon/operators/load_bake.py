@@ -11,8 +11,7 @@ from bpy_extras.io_utils import ImportHelper
 
 from ..blender.guard import guarded
 from .import_height_map import chosen_files
-from .polls import OperatorMixin
-from .reports import report_added
+from .shared import OperatorMixin, report_added
 
 
 class LoadsFiles(ImportHelper, OperatorMixin):  # type: ignore[misc]  # both bases define `check`

@@ -7,8 +7,7 @@ import bpy
 from bpy.props import StringProperty
 
 from ...precompute.base.failure import GratingError
-from .follows_job import FollowsJob
-from .reports import report_failure, report_lines
+from .shared import FollowsJob, report_failure, report_lines
 
 if TYPE_CHECKING:
     from ..assets.library_job import LibraryJob

@@ -4,7 +4,7 @@
 import bpy
 
 from ...precompute.base.failure import GratingError
-from .reports import report_failure, report_lines
+from .shared import report_failure, report_lines
 
 
 class MendMaterials(bpy.types.Operator):
@@ -15,7 +15,7 @@ class MendMaterials(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     def execute(self, context):
-        from ..workflow.mending import mend_materials
+        from ..workflow.adopting import mend_materials
 
         try:
             return report_lines(self, mend_materials())

@@ -5,8 +5,7 @@ import bpy
 
 from ...precompute.base.failure import GratingError
 from ..gratings.grating import active_grating
-from .polls import has_bake
-from .reports import report_failure, report_lines
+from .shared import has_bake, report_failure, report_lines
 
 
 class NewDiffractionMaterial(bpy.types.Operator):

@@ -6,8 +6,7 @@ from bpy.props import EnumProperty, StringProperty
 
 from ...precompute.base.failure import GratingError
 from ..blender.guard import guarded_draw
-from .polls import has_active_mesh, has_bake
-from .reports import report_failure, report_lines
+from .shared import has_active_mesh, has_bake, report_failure, report_lines
 
 INPUTS = (
     ("Strength", "Strength", "Black: no diffraction. White: the strength of the material"),
@@ -60,7 +59,7 @@ class PaintInput(bpy.types.Operator):
             layout.prop_search(self, "group", context.active_object, "vertex_groups")
 
     def execute(self, context):
-        from ..blender.window import has_window
+        from ..blender.compat import has_window
         from ..workflow.painting_inputs import paint_input
 
         try:

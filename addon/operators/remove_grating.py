@@ -3,7 +3,7 @@
 
 import bpy
 
-from .polls import has_grating
+from .shared import has_grating
 
 
 class RemoveGrating(bpy.types.Operator):

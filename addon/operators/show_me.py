@@ -6,8 +6,7 @@ from bpy.props import EnumProperty
 
 from ...precompute.base.failure import GratingError
 from .add_preset import presets
-from .polls import in_object_mode
-from .reports import report_failure, report_lines
+from .shared import in_object_mode, report_failure, report_lines
 
 
 class ShowMe(bpy.types.Operator):
@@ -24,8 +23,7 @@ class ShowMe(bpy.types.Operator):
         return in_object_mode(cls, context)
 
     def execute(self, context):
-        from ..workflow.showing import show_preset
-        from ..workflow.switching_scenes import switch_to
+        from ..workflow.presets import show_preset, switch_to
 
         try:
             scene = show_preset(self.preset)
@@ -44,7 +42,7 @@ class BackFromShow(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        from ..workflow.switching_scenes import scene_before
+        from ..workflow.presets import scene_before
 
         if scene_before(context) is None:
             cls.poll_message_set("Add a scene to return to first")
@@ -52,7 +50,7 @@ class BackFromShow(bpy.types.Operator):
         return True
 
     def execute(self, context):
-        from ..workflow.switching_scenes import scene_before, switch_to
+        from ..workflow.presets import scene_before, switch_to
 
         scene = scene_before(context)
         if scene is not None:

@@ -6,10 +6,9 @@ from bpy.props import EnumProperty, FloatProperty
 
 from ..blender.guard import guarded_draw
 from ..gratings.grating import active_grating
-from .polls import has_grating
-from .reports import report_added
+from .shared import has_grating, report_added
 
-# As in workflow/showing_pictures.py, which is not loaded when Blender starts.
+# As in workflow/pictures.py, which is not loaded when Blender starts.
 KINDS = (
     ("HEIGHT", "Height Map", "The levelled height map in grey: high is bright"),
     (
@@ -55,7 +54,7 @@ class ShowPicture(bpy.types.Operator):
             self.layout.prop(self, "light_deg")
 
     def execute(self, context):
-        from ..workflow.showing_pictures import show_picture
+        from ..workflow.pictures import show_picture
 
         if context.window is not None:
             context.window.cursor_set("WAIT")

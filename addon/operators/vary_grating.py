@@ -8,10 +8,8 @@ from bpy.props import EnumProperty, FloatProperty, StringProperty
 
 from ...precompute.base.failure import GratingError
 from ..blender.guard import guarded_draw
-from ..gratings.grating import active_grating
-from ..gratings.variation import ATTRIBUTE, PATTERNS, Variation
-from .polls import has_bake, in_object_mode
-from .reports import report_failure, report_lines
+from ..gratings.grating import ATTRIBUTE, PATTERNS, Variation, active_grating
+from .shared import has_bake, in_object_mode, report_failure, report_lines
 
 
 class VaryGrating(bpy.types.Operator):
@@ -74,7 +72,7 @@ class VaryGrating(bpy.types.Operator):
     def invoke(self, context, event):
         """Show a dialog with the grating's present values."""
         from ..materials.group_properties import variation_of
-        from ..workflow.varying import varied_with
+        from ..workflow.making_materials import varied_with
 
         grating = active_grating(context.scene)
         if grating.group is not None:
@@ -88,7 +86,7 @@ class VaryGrating(bpy.types.Operator):
         return context.window_manager.invoke_props_dialog(self)
 
     def execute(self, context):
-        from ..workflow.varying import vary
+        from ..workflow.making_materials import vary
 
         chosen = [(n, share) for n, share in ((self.second, self.second_share), (self.third, self.third_share)) if n]
         choice = Variation(

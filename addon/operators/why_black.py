@@ -9,7 +9,7 @@ from bpy.props import EnumProperty
 
 from ...precompute.base.failure import GratingError, printable
 from ..blender.guard import guarded_draw
-from .reports import report_failure, report_lines
+from .shared import report_failure, report_lines
 
 # At most this many causes are shown; the first ones decide.
 _CAUSES_MAX = 4

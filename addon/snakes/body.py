@@ -1,5 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The smooth body under the scales: its half widths and heights, and the positions of points on its skin."""
+"""The smooth body under the scales: its half widths and heights, and the positions of points on its skin.
+
+The line on which a snake's belly rests, from a pose or any polygon, with directions for belly and back.
+
+Poses of a snake: control polygons of the line under its belly, from snout to tail. The unit is about the radius of a
+body that is 80 radii long; the floor is z = 0.
+
+The body proportions of snake species."""
 
 from __future__ import annotations
 
@@ -7,8 +14,180 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .species import Species
-from .spine import Spine, bspline, smoothstep
+from ...precompute.base.failure import GratingError
+
+# Samples along a spine: a step is a 25th of the body's radius, so that bends look smooth.
+_STATIONS = 2001
+# The largest number of control points after resampling; more would pass the polygon's corners on to the body.
+_CONTROLS = 96
+
+
+class Spine(NamedTuple):
+    """The line under the belly, at n arc lengths s from the snout in metres: points (n, 3) in metres, and unit vectors
+    (n, 3) towards the tail, to the side and to the back. (tail, side, back) is right-handed."""
+
+    s: np.ndarray
+    points: np.ndarray
+    tail: np.ndarray
+    side: np.ndarray
+    back: np.ndarray
+
+    @property
+    def length(self) -> float:
+        """The length from snout to tail, in metres."""
+        return float(self.s[-1])
+
+
+def bspline(points: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """The uniform cubic B-spline of control points (n, d), from the first to the last of them, at t (m,) in [0, 1]."""
+    padded = np.vstack([2 * points[0] - points[1], points, 2 * points[-1] - points[-2]])
+    x = t * (len(points) - 1)
+    span = np.minimum(x.astype(int), len(points) - 2)
+    x = (x - span)[:, None]
+    weights = ((1 - x) ** 3, 3 * x**3 - 6 * x**2 + 4, -3 * x**3 + 3 * x**2 + 3 * x + 1, x**3)
+    return sum(w * padded[span + k] for k, w in enumerate(weights)) / 6
+
+
+def spine_along(polygon: np.ndarray, length: float | None = None) -> Spine:
+    """The spine along a polygon (n, 3) from snout to tail, scaled to a length in metres if given. Raises GratingError
+    for fewer than two different points."""
+    polygon = np.asarray(polygon, float)
+    kept = np.ones(len(polygon), bool)
+    kept[1:] = np.linalg.norm(np.diff(polygon, axis=0), axis=1) > 0
+    polygon = polygon[kept]
+    if len(polygon) < 2:
+        raise GratingError("snake", "its line has no length", "give a curve of two or more different points")
+    polygon = _resampled(polygon, max(4, min(_CONTROLS, len(polygon))))
+    fine = bspline(polygon, np.linspace(0, 1, 10 * _STATIONS))
+    arc = _arc_lengths(fine)
+    s = np.linspace(0, arc[-1], _STATIONS)
+    points = np.stack([np.interp(s, arc, fine[:, k]) for k in range(3)], axis=1)
+    if length is not None:
+        s, points = s * (length / arc[-1]), points * (length / arc[-1])
+    tail = unit(np.gradient(points, s, axis=0))
+    side = _sides(tail)
+    return Spine(s, points, tail, side, np.cross(tail, side))
+
+
+def _resampled(polygon: np.ndarray, count: int) -> np.ndarray:
+    """The polygon resampled to `count` points at equal arc lengths, unless it has that many."""
+    if len(polygon) == count:
+        return polygon
+    arc = _arc_lengths(polygon)
+    at = np.linspace(0, arc[-1], count)
+    return np.stack([np.interp(at, arc, polygon[:, k]) for k in range(3)], axis=1)
+
+
+def _arc_lengths(points: np.ndarray) -> np.ndarray:
+    return np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+
+
+def unit(vectors: np.ndarray) -> np.ndarray:
+    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+
+
+def _sides(tail: np.ndarray) -> np.ndarray:
+    """Sideways unit vectors (n, 3) of a body whose belly points down wherever it lies.
+
+    Starting at the tail, each vector is the previous one moved without twist, then pulled towards the horizontal; the
+    pull weakens as the body gets steeper. So the belly stays in front where a neck rises and leans back."""
+    level = np.stack([-tail[:, 1], tail[:, 0], np.zeros(len(tail))], axis=1)
+    sides = np.empty_like(tail)
+    side = level[-1] if level[-1].any() else np.array((0.0, 1.0, 0.0))
+    for k in range(len(tail) - 1, -1, -1):
+        flat = level[k] @ level[k]
+        side = side + 0.2 * flat * np.copysign(1.0, level[k] @ side) * level[k]
+        side = side - (side @ tail[k]) * tail[k]
+        side = sides[k] = side / np.sqrt(side @ side)
+    return sides
+
+
+def smoothstep(x: np.ndarray) -> np.ndarray:
+    """A smooth step: 0 up to 0, and 1 from 1 on."""
+    x = np.clip(x, 0, 1)
+    return x * x * (3 - 2 * x)
+
+
+# A head laid over the first bend, and four runs side by side.
+_RESTING = (
+    (-6.4, -6.6, 0), (-7.4, -5.4, 0), (-7.9, -3.9, 0), (-7.8, -2.2, 0.3), (-6.9, -0.8, 1.5), (-5.4, 0.2, 2.3),
+    (-3.6, 0.8, 1.9), (-1.8, 1.2, 0.6), (0, 1.4, 0), (1.6, 1.5, 0), (3.3, 1.2, 0), (4.6, 0.0, 0), (4.6, -1.8, 0),
+    (3.2, -2.9, 0), (1, -3.1, 0), (-1.5, -3.1, 0), (-3.8, -2.8, 0), (-5.6, -1.4, 0), (-5.6, 1.2, 0), (-4.2, 3.4, 0),
+    (-1.5, 4.4, 0), (1.5, 4.6, 0), (4.4, 4.2, 0), (6.8, 2.6, 0), (7.6, -0.2, 0), (6.8, -2.9, 0), (4.6, -5.0, 0),
+    (1.5, -5.8, 0), (-1.5, -6.0, 0), (-4.2, -6.4, 0),
+)  # fmt: skip
+# The neck stands in an S and the head faces forwards; the body winds away behind.
+_REARING = (
+    (-5.6, 0, 9.2), (-4.2, 0, 9.4), (-2.7, 0, 9.5), (-1.2, 0, 9.1), (-0.2, 0, 8.0), (0.2, 0, 6.5), (0, 0, 4.9),
+    (-0.2, 0, 3.3), (0.1, 0, 1.8), (1.2, 0, 0.6), (2.8, 0, 0.05), (4.6, 0.3, 0), (7, 1.4, 0), (9.6, 3.8, 0),
+    (12.4, 5.4, 0), (15.4, 4.8, 0), (17.4, 2.2, 0), (18.6, -1.2, 0), (20.6, -4.2, 0), (23.6, -5.4, 0), (26.6, -4.2, 0),
+    (28.6, -1.2, 0), (30.4, 2, 0), (33, 4, 0), (36, 3.8, 0), (38.6, 2, 0), (41, 0, 0), (44, -1, 0), (47, -0.6, 0),
+)  # fmt: skip
+
+
+def _spiral() -> np.ndarray:
+    """A flat coil with the head in its middle. The turns are 2.1 radii apart; the first is as tight as a body bends."""
+    turns = np.linspace(0, 4.8 * np.pi, 60)
+    r = 2.7 + 2.1 * turns / (2 * np.pi)
+    return np.stack([r * np.cos(turns), r * np.sin(turns), 0 * r], axis=1)
+
+
+def _waves() -> np.ndarray:
+    """Three and a half bends from side to side, smaller towards the head."""
+    t = np.linspace(0, 1, 60)
+    bend = 4.2 * np.sin(2 * np.pi * 1.75 * t) * np.minimum(1, 0.35 + 2 * t)
+    return np.stack([40 * t - 20, bend, 0 * t], axis=1)
+
+
+POSES = {
+    "COILED": _spiral(),
+    "S": _waves(),
+    "RESTING": np.array(_RESTING, float),
+    "REARING": np.array(_REARING, float),
+}
+
+
+def posed_spine(pose: str, length_m: float) -> Spine:
+    """The spine of a pose, centred over the origin, with its lowest point at z = 0."""
+    spine = spine_along(POSES[pose], length_m)
+    low, high = spine.points.min(axis=0), spine.points.max(axis=0)
+    return spine._replace(points=spine.points - (*(low + high)[:2] / 2, low[2]))
+
+
+class Species(NamedTuple):
+    """A snake species. Lengths are in largest half widths of the body, heights of a scale in scale lengths.
+
+    slenderness    length of the animal
+    rows           rows of scales over back and sides: 3 more than a multiple of 4, so that the last rows on both sides
+                   begin and end with the belly's plates
+    scale_length   from one scale to the next of its row
+    head_length    from the snout to the first scales of the body
+    jaw, neck      half widths
+    head_height    half height of the head
+    dome, keel     height of a scale's middle above its rim, and of the ridge along it
+    lift           height of a scale's tail edge above its head edge; it ends half of this above the next scale
+    turn_deg       largest random tilt of a scale, along and across the body each"""
+
+    slenderness: float
+    rows: int
+    scale_length: float
+    head_length: float
+    jaw: float
+    neck: float
+    head_height: float
+    dome: float
+    keel: float
+    lift: float
+    turn_deg: float
+
+
+SPECIES = {
+    # 15 rows over a stout, glassy body; a flat, wedge-shaped head hardly wider than the neck.
+    "XENOPELTIS": Species(80, 15, 0.50, 2.9, 0.80, 0.80, 0.50, 0.0, 0.0, 0.06, 1.2),
+    # 23 rows, keeled on the back; a head distinct from a thin neck.
+    "ELAPHE": Species(92, 23, 0.40, 3.2, 0.82, 0.60, 0.52, 0.0, 0.03, 0.06, 1.8),
+}
+
 
 # Half heights of the body above and below its widest place, in half widths.
 _BACK, _BELLY = 0.84, 0.66

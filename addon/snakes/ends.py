@@ -8,9 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from . import head
-from .body import Body
-from .lattice import Net
-from .spine import smoothstep, unit
+from .body import Body, smoothstep, unit
+from .scales import Net
 
 _EYE_RINGS, _EYE_SEGMENTS = 10, 32
 EYE_FACES = 2 * _EYE_RINGS * _EYE_SEGMENTS

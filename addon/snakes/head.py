@@ -9,9 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from . import head_plates
+from .body import SPECIES, Species, smoothstep
 from .head_plates import LIP_DEG, MOUTH_DEG, Corner, Plates
-from .species import SPECIES, Species
-from .spine import smoothstep
 
 # The end of the line of the mouth, and how far it rises up to there, in degrees.
 _MOUTH_END, _MOUTH_RISE_DEG = 0.76, 7.0

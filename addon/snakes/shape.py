@@ -14,12 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ...precompute.base.failure import GratingError
-from .body import Body, body_along
+from .body import SPECIES, Body, Spine, body_along
 from .ends import EYE_FACES, Skin, eyes, head_end, tail_end, unwrapped
-from .lattice import Net, cut_for, make_net
-from .scales import Places, place
-from .species import SPECIES
-from .spine import Spine
+from .scales import Net, Places, cut_for, make_net, place
 
 # Fewer faces cannot show scales; more would take minutes.
 LEAST_FACES, MOST_FACES = 11_000, 1_000_000

@@ -9,8 +9,8 @@ from __future__ import annotations
 import bpy
 
 from ..blender import compat
-from ..nodes.arrange import arrange
 from ..nodes.builder import Tree, Value
+from ..nodes.interface import arrange
 
 _Colour = tuple[float, float, float]
 

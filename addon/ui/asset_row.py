@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The row of the panel that puts the presets into the Asset Browser."""
 
-from ..operators.follows_job import draw_progress
 from ..operators.make_assets import MakeAssets, RemoveAssets
+from ..operators.shared import draw_progress
 
 
 def draw_assets(layout) -> None:

@@ -5,10 +5,8 @@ import bpy
 
 from ..blender.guard import guarded_draw
 from ..gratings.wording import translated
-from ..operators.bake_direction_map import BakeDirectionMap
-from ..operators.follows_job import draw_progress
-from ..operators.show_direction import ShowDirection
-from ..operators.unwrap_meshes import MINIMUM_STRETCH, XATLAS, Unwrap
+from ..operators.direction import MINIMUM_STRETCH, XATLAS, BakeDirectionMap, ShowDirection, Unwrap
+from ..operators.shared import draw_progress
 from .notes import draw_note
 from .panel import GratingPanel
 
@@ -44,7 +42,7 @@ class DirectionPanel(bpy.types.Panel):
 
 
 def _draw_unwrap(layout, context) -> None:
-    from ...precompute.base.packages import missing_packages
+    from ...precompute.base.machine import missing_packages
     from ...precompute.mesh.unwrap import expected_seconds
 
     if Unwrap.job is not None:

@@ -4,34 +4,40 @@
 Blender draws a panel many times a second, so nothing is computed during a draw. Facts are found at the first draw, and
 again by a timer once nothing has changed for a moment; until then the panel shows the former ones. Blender does not
 report all changes. So while the panel is drawn, old facts are found again: after at least a second, and seldom enough
-to take at most a fiftieth of the time."""
+to take at most a fiftieth of the time.
+
+The steps of the work, and what to do next."""
 
 import time
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import bpy
 
 from ...precompute.base.failure import GratingError
 from ..blender import compat
-from ..blender.changes import STILL, change_count, seconds_until_still
+from ..blender.compat import STILL, change_count, has_window, redraw_views, seconds_until_still
 from ..blender.guard import guarded
-from ..blender.window import has_window, redraw_views
-from ..gratings.grating import Grating
-from ..gratings.lights_choice import LAMPS_ONLY, NO_SAMPLE_SET
-from ..gratings.remembered_bakes import is_asked_by_earlier_version, is_asked_otherwise
-from ..gratings.variation import Variation
+from ..direction.uv_maps import has_uv_map
+from ..gratings.bakes import is_asked_by_earlier_version, is_asked_otherwise
+from ..gratings.direction_source import AXIS
+from ..gratings.grating import ALL, LAMPS_ONLY, NO_SAMPLE_SET, Grating, Variation
 from ..gratings.wording import counted, marked, translated
 from ..lamps.find import brightest, instanced_lamps, lamps_of, unfollowed_features
 from ..lamps.follow import followed_lamps, is_on
 from ..lamps.rendered_lamps import rendered
-from ..lamps.sky import fitted_frames, missed_share, source_count
-from ..lamps.sky_sun import sky_with_disc
+from ..lamps.sky import fitted_frames, missed_share, sky_with_disc, source_count
 from ..materials.data_pictures import wrong_colours
-from ..materials.file_lights import follows_world, linked_with_fewer_lamps
 from ..materials.group_properties import is_diffraction, variation_of
-from ..materials.skin import answers_to_world, crowded
+from ..materials.skin import answers_to_world, crowded, follows_world, linked_with_fewer_lamps
+from ..operators.assign import AssignToSelected
+from ..operators.bake import BakeGrating
+from ..operators.direction import ChooseDirection
+from ..operators.light import AddLightRig
 from ..operators.mend import MendMaterials
+from ..operators.why_black import MendCause
 from ..workflow.fitting_worlds import world_is_animated, world_is_fitted
 
 # Smallest share of bright light without a source that the panel reports.
@@ -197,8 +203,8 @@ def _of_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> SceneFa
     linked: tuple[str, ...] = ()
     ungrouped: list[str] = []
     if any(map(is_diffraction, bpy.data.node_groups)):  # most files need no more than this
-        from ..materials.group_users import linked_strays, outside_light_groups
-        from ..materials.group_users import strays as strays_of
+        from ..materials.material import linked_strays, outside_light_groups
+        from ..materials.material import strays as strays_of
 
         found = strays_of(scene)
         strays = tuple(group.name for group in found if group.library is None)
@@ -266,8 +272,8 @@ def _of_grating(grating: Grating, scene: bpy.types.Scene) -> GratingFacts:
     group = grating.group
     if group is None:
         return GratingFacts(scans, fault, _outdated(grating), variation=Variation().summary)
-    from ..materials.group_users import on_objects, shown_by
     from ..materials.lamp_errors import far_lamps
+    from ..materials.material import on_objects, shown_by
     from ..workflow.adding_holograms import hologram_summary
     from ..workflow.reflections import dull
 
@@ -289,7 +295,7 @@ def _of_grating(grating: Grating, scene: bpy.types.Scene) -> GratingFacts:
 
 
 def _outdated(grating: Grating) -> str:
-    from ..workflow.restoring_bakes import is_lost
+    from ..workflow.finding_bakes import is_lost
 
     if is_lost(grating):
         return marked("The file of its bake is gone")
@@ -298,3 +304,71 @@ def _outdated(grating: Grating) -> str:
     if is_asked_by_earlier_version(grating):
         return marked("Baked by an earlier version of the extension")
     return marked("Settings changed since this bake")
+
+
+SURFACE, LOOK, LIGHT, QUALITY = marked("Surface"), marked("Look"), marked("Light"), marked("Quality")
+# The states of a step.
+DONE, NOW, LATER = STATES = "done", "now", "later"
+
+
+@dataclass(frozen=True)
+class Next:
+    """What to do next: the step that it belongs to, and a button, or a sentence if no button does it."""
+
+    step: str
+    sentence: str = ""
+    operator: str = ""
+    text: str = ""
+    icon: str = "NONE"
+    properties: Mapping[str, Any] = field(default_factory=dict)
+
+
+def next_step(context: bpy.types.Context, grating: Grating, facts: Facts) -> Next | None:
+    """What to do next with the active grating; None if it is baked, on an object, lit and shown."""
+    if not grating.bake_path:
+        return Next(SURFACE, operator=BakeGrating.bl_idname, text="Bake", icon="RENDER_STILL")
+    if facts.grating.outdated and not grating.source:
+        return Next(SURFACE, f"{facts.grating.outdated}. Load it again, or import the height map")
+    if facts.grating.outdated:
+        return Next(SURFACE, facts.grating.outdated, BakeGrating.bl_idname, text="Bake Again", icon="RENDER_STILL")
+    if not facts.grating.is_shown:
+        chosen = [thing for thing in context.selected_objects if thing.type == "MESH"]
+        if not chosen:
+            return Next(LOOK, "Select a mesh in the 3D view. It will show the grating")
+        source = grating.frame_source()
+        bare = [thing.name for thing in chosen if not has_uv_map(thing.data, source)]
+        if bare:
+            sentence = translated("{names}: no UV map that gives a direction", names=", ".join(bare))
+            return Next(
+                LOOK, sentence, ChooseDirection.bl_idname,
+                text="Use the Object's Z Axis", icon="ORIENTATION_LOCAL", properties={"kind": AXIS, "axis": "Z"},
+            )  # fmt: skip
+        text = counted("Assign to {name}", "Assign to {count} Meshes", len(chosen), name=chosen[0].name)
+        return Next(LOOK, operator=AssignToSelected.bl_idname, text=text, icon="BRUSH_DATA")
+    if not is_lit(grating, facts):
+        return Next(
+            LIGHT, "Nothing lights the grating", AddLightRig.bl_idname, text="Add a Light Rig", icon="LIGHT_SUN"
+        )
+    view = context.space_data
+    if isinstance(view, bpy.types.SpaceView3D) and view.shading.type != "RENDERED":
+        return Next(
+            LIGHT, operator=MendCause.bl_idname, text="Switch to Rendered", icon="SHADING_RENDERED",
+            properties={"action": "RENDERED"},
+        )  # fmt: skip
+    return None
+
+
+def is_lit(grating: Grating, facts: Facts) -> bool:
+    """Whether a lamp, or the world where it counts, lights the grating."""
+    lamps = (*facts.scene.lamps, *(facts.scene.others if grating.lit_by == ALL else ()))
+    return any(not lamp.hidden for lamp in lamps) or (grating.lit_by != LAMPS_ONLY and bool(facts.scene.world))
+
+
+def state_of(step: str, following: Next | None) -> str:
+    """The state of a step, given what to do next. Quality is never what to do next, so it stays folded."""
+    order = (SURFACE, LOOK, LIGHT)
+    if step == QUALITY:
+        return LATER
+    if following is None or order.index(step) < order.index(following.step):
+        return DONE
+    return NOW if step == following.step else LATER

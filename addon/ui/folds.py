@@ -3,7 +3,7 @@
 
 import bpy
 
-from .next_step import LATER, LIGHT, LOOK, NOW, QUALITY, STATES, SURFACE
+from .facts import LATER, LIGHT, LOOK, NOW, QUALITY, STATES, SURFACE
 
 # The property of the window manager that holds the folds.
 FOLDS = "natural_gratings_folds"

@@ -2,18 +2,11 @@
 """The panel's step Light: the lamps and the world that light the grating."""
 
 from ..blender import compat
-from ..gratings.lights_choice import ALL, LAMPS_ONLY, LIGHTS, REST
-from ..gratings.matter_fields import DAYLIGHT
+from ..gratings.grating import ALL, DAYLIGHT, LAMPS_ONLY, LIGHTS, REST
 from ..gratings.wording import in_words, marked, translated
 from ..lamps.lamp_spectrum import FIELD, fault_of, seen_spectrum
-from ..operators.add_diffraction_lamp import AddDiffractionLamp
-from ..operators.add_light_rig import AddLightRig
-from ..operators.add_sky_sun import AddSkySun
-from ..operators.bake_grating import BakeGrating
-from ..operators.choose_lights import ChooseLights
-from ..operators.count_lamp import CountLamp
-from ..operators.fit_frames import FitFrames
-from ..operators.fit_world import FitWorld
+from ..operators.bake import BakeGrating
+from ..operators.light import AddDiffractionLamp, AddLightRig, AddSkySun, ChooseLights, CountLamp, FitFrames, FitWorld
 from ..operators.mend import MendMaterials
 from ..operators.why_black import WhyBlack
 from ..workflow.fitting_worlds import is_fitting, last_failure

@@ -3,17 +3,16 @@
 
 from ..blender import stored
 from ..gratings.direction_source import FRAMES, KINDS, STORED
-from ..gratings.matter_fields import LAYERS
+from ..gratings.grating import LAYERS
 from ..gratings.wording import translated
 from ..operators.add_diffraction import AddDiffraction, RemoveDiffraction
 from ..operators.add_hologram import AddHologram
 from ..operators.add_sticker import AddSticker
 from ..operators.assign import AssignToSelected
-from ..operators.choose_direction import ChooseDirection
-from ..operators.comb_grating import CombGrating
-from ..operators.follows_job import draw_progress
+from ..operators.direction import ChooseDirection, CombGrating
 from ..operators.new_material import NewDiffractionMaterial
 from ..operators.paint_input import INPUTS, PaintInput, UnpaintInput
+from ..operators.shared import draw_progress
 from ..operators.vary_grating import VaryGrating
 from .facts import GratingFacts
 
@@ -83,8 +82,8 @@ def _shown_node(context, grating):
 
 
 def _draw_dials(layout, node, *, is_dielectric: bool) -> None:
+    from ..materials.group_properties import paint_of
     from ..materials.holograms.hologram_nodes import input_set_by_artist
-    from ..materials.painted_inputs import paint_of
 
     column = layout.column(align=True)
     for name, word in _DIALS:

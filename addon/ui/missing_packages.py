@@ -6,7 +6,7 @@ import sys
 
 import bpy
 
-from ...precompute.base.packages import missing_packages
+from ...precompute.base.machine import missing_packages
 from ..gratings.cache_folder import EXTENSION
 from ..gratings.wording import marked, translated
 from .notes import draw_note

@@ -5,22 +5,15 @@ import bpy
 
 from ..blender.guard import guarded, guarded_draw
 from ..operators.add_diffraction import AddDiffraction, RemoveDiffraction
-from ..operators.add_diffraction_lamp import AddDiffractionLamp
 from ..operators.add_hologram import AddHologram
-from ..operators.add_light_rig import AddLightRig
 from ..operators.add_sticker import AddSticker
 from ..operators.assign import AssignToSelected
-from ..operators.bake_grating import BakeGrating
-from ..operators.bake_needs import BakeNeeds
-from ..operators.choose_direction import ChooseDirection
-from ..operators.choose_lights import ChooseLights
-from ..operators.comb_grating import CombGrating
-from ..operators.count_lamp import CountLamp
+from ..operators.bake import BakeGrating, BakeNeeds
+from ..operators.direction import ChooseDirection, CombGrating, ShowDirection, Unwrap
 from ..operators.import_height_map import ImportHeightMap
+from ..operators.light import AddDiffractionLamp, AddLightRig, ChooseLights, CountLamp
 from ..operators.mend import MendMaterials
 from ..operators.paint_input import PaintInput, UnpaintInput
-from ..operators.show_direction import ShowDirection
-from ..operators.unwrap_meshes import Unwrap
 from ..operators.vary_grating import VaryGrating
 from ..operators.why_black import WhyBlack
 from .panel import SampleMenu

@@ -7,27 +7,25 @@ from typing import TYPE_CHECKING
 import bpy
 
 from ..blender.guard import guarded_draw, guarded_item
-from ..gratings.bake_quality import QUALITIES, quality_of
+from ..gratings.grating import QUALITIES, quality_of
 from ..gratings.wording import counted, marked, translated
 from ..operators.add_grating import AddGrating
-from ..operators.add_light_rig import AddLightRig
 from ..operators.add_preset import AddPreset, LoadPreset
 from ..operators.adopt import AdoptMaterials
-from ..operators.follows_bake import running_bake
-from ..operators.follows_job import draw_progress
+from ..operators.bake import NewOslReference
 from ..operators.import_height_map import ImportHeightMap
+from ..operators.light import AddLightRig
 from ..operators.load_bake import LoadBake
-from ..operators.osl_reference import NewOslReference
 from ..operators.remove_grating import RemoveGrating
+from ..operators.shared import draw_progress, running_bake
 from ..operators.show_me import BackFromShow, ShowMe
 from ..operators.why_black import WhyBlack
 from .asset_row import draw_assets
-from .facts import SceneFacts, facts_of
+from .facts import DONE, LIGHT, LOOK, QUALITY, SURFACE, Next, SceneFacts, facts_of, next_step, state_of
 from .folds import fold_of, folds
 from .light_part import draw_light, draw_warnings
 from .look_part import draw_look, draw_stickers
 from .missing_packages import draw_missing
-from .next_step import DONE, LIGHT, LOOK, QUALITY, SURFACE, Next, next_step, state_of
 from .notes import draw_note
 from .preset_pictures import CHOSEN, presets_with_pictures
 from .quality_part import draw_quality
@@ -35,7 +33,7 @@ from .surface_part import draw_surface
 
 # Heights of the presets' pictures, in the panel and in the list that it opens, and of the large buttons, in rows.
 _PICTURE, _PICTURE_IN_LIST, _LARGE = 6.0, 5.0, 1.5
-# The custom property of Show Me's scenes (workflow/showing.py, which loads only when needed).
+# The custom property of Show Me's scenes (workflow/presets.py, which loads only when needed).
 _SHOW = "ng_show"
 
 
@@ -164,7 +162,7 @@ class ReferencePanel(bpy.types.Panel):
 
 def _draw_work(layout, context) -> None:
     """Draw the steps of the work, or what an artist can begin with."""
-    from ..gratings.baked_region import noticed_outside
+    from ..gratings.bakes import noticed_outside
 
     gratings = context.scene.natural_gratings
     if context.scene.get(_SHOW):

@@ -1,13 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The panel's step Quality: how exact the bake is, its memory, and the material's switches."""
 
-from ..gratings.bake_quality import QUALITIES, quality_of
-from ..gratings.matter_fields import DAYLIGHT
+from ..gratings.grating import DAYLIGHT, QUALITIES, quality_of
 from ..gratings.wording import translated
-from ..operators.bake_grating import BakeGrating
-from ..operators.bake_needs import BakeNeeds
-from ..operators.choose_quality import ChooseQuality
-from ..operators.follows_bake import running_bake
+from ..operators.bake import BakeGrating, BakeNeeds, ChooseQuality
+from ..operators.shared import running_bake
 from .folds import DETAILS, folds
 from .notes import draw_facts
 

@@ -5,8 +5,8 @@ import bpy
 from mathutils import Vector
 
 from ...precompute.base.failure import GratingError
-from ..direction.surface_point import Place, own_angle, place_nearest
-from ..gratings.lights_choice import LAMPS_ONLY
+from ..direction.tangents import Place, own_angle, place_nearest
+from ..gratings.grating import LAMPS_ONLY
 from ..lamps.find import lamps_of
 from ..lamps.follow import counted_lamps
 from ..materials.diffraction_lamp import new_diffraction_lamp

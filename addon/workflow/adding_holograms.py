@@ -8,16 +8,20 @@ import bpy
 
 from ...precompute.base.failure import GratingError
 from ..direction.uv_aspect import uv_aspect
-from ..gratings.baked_region import noted_region
+from ..gratings.bakes import noted_region
 from ..gratings.direction_source import KINDS, STORED, UV_MAP
 from ..gratings.wording import translated
 from ..materials.group_properties import frame_of
-from ..materials.group_users import materials_with, shown_by
-from ..materials.holograms.hologram_nodes import hologram_of, put_hologram, remove_hologram
-from ..materials.holograms.hologram_picture import load_picture
-from ..materials.holograms.pattern_nodes import pattern_group, pattern_of
+from ..materials.holograms.hologram_nodes import (
+    hologram_of,
+    load_picture,
+    pattern_group,
+    pattern_of,
+    put_hologram,
+    remove_hologram,
+)
 from ..materials.holograms.patterns import ASPECT, LABELS, NONE, PICTURE, SUNBURST
-from ..materials.material import check_can_add, diffraction_nodes, overfull
+from ..materials.material import check_can_add, diffraction_nodes, materials_with, overfull, shown_by
 from ..materials.response import PERIOD_SCALE, responses_in
 from .chosen_meshes import check_not_edited
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Adding a step to a grating's levelling."""
 
-from ...precompute.surface.steps.first import first_step
+from ...precompute.surface.steps.pipeline import first_step
 from ..gratings.grating import Grating
 from .previewing_levelling import scan_of
 

@@ -6,13 +6,11 @@ import numpy as np
 from mathutils import Matrix
 
 from ...precompute.base.failure import GratingError
-from ..blender.new_objects import add_object, refuse_hidden, select_only
-from ..snakes.mesh import add_bones, new_mesh
-from ..snakes.poses import posed_spine
+from ..blender.objects import add_object, refuse_hidden, select_only
+from ..snakes.body import posed_spine, spine_along
+from ..snakes.mesh import add_bones, new_mesh, shed_shape
 from ..snakes.shape import Detail, snake_shape
-from ..snakes.shed import shed_shape
 from ..snakes.skins import give_skin, new_shed
-from ..snakes.spine import spine_along
 
 # The pose that follows the active curve.
 ALONG_CURVE = "CURVE"

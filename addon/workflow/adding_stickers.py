@@ -9,19 +9,17 @@ from mathutils import Matrix, Vector
 
 from ...precompute.base.failure import GratingError
 from ...precompute.mesh import shapes
-from ..blender.new_objects import add_object, refuse_hidden, select_only
-from ..blender.shape_mesh import mesh_of_shape
-from ..cameras.camera_rays import Pixels
-from ..cameras.view_rays import seen_from
+from ..blender.objects import add_object, mesh_of_shape, refuse_hidden, select_only
+from ..cameras.seen_surfaces import Pixels, seen_from
 from ..gratings.grating import active_grating
-from ..materials.group_users import shown_by
-from ..materials.holograms.hologram_picture import load_picture
+from ..materials.holograms.hologram_nodes import load_picture
 from ..materials.holograms.patterns import PICTURE
+from ..materials.material import shown_by
 from .adding_holograms import Hologram, add_hologram
-from .adding_presets import put_preset
 from .assigning import assign_to_meshes
 from .chosen_meshes import check_not_edited
 from .making_materials import make_material
+from .presets import put_preset
 
 # The preset of a sticker in a scene without a grating.
 FIRST = "security_hologram"

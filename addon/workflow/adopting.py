@@ -1,27 +1,113 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Adopting Diffraction groups that belong to no grating of the scene: appended, pasted, or left by a removed
-grating."""
+grating.
+
+Giving an adopted grating the look of its material: what a further material then begins with.
+
+Repairing the file's diffraction materials after data-blocks in them were deleted, replaced or edited."""
 
 import contextlib
+import json
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from math import isfinite
+from typing import Any
 
 import bpy
 
 from ...precompute.base.failure import GratingError
+from ...precompute.presets.presets import INPUTS, PATTERNS, PresetHologram
 from ..blender import compat
-from ..blender.paths import kept_path
-from ..gratings.baked_region import noted_region
+from ..blender.guard import kept_path
+from ..gratings.bakes import noted_region
 from ..gratings.grating import Grating, unused_name
 from ..gratings.own_names import follow_name, name_in, note_own, was_own
-from ..materials.group_properties import answers_every_lamp, counts_footprint, frame_of, lights_of, traces_shadows
-from ..materials.group_users import linked_strays, materials_with, owners, strays
+from ..materials.group_properties import (
+    answers_every_lamp,
+    counts_footprint,
+    diffraction_groups,
+    frame_of,
+    lights_of,
+    traces_shadows,
+)
+from ..materials.holograms import patterns
+from ..materials.holograms.hologram_nodes import hologram_of, input_set_by_artist, pattern_of
+from ..materials.lost_parts import faults_of, lost_of_nodes, lost_of_own, parts_of, replace_response
+from ..materials.material import (
+    add_diffraction,
+    diffraction_nodes,
+    empty_nodes,
+    linked_strays,
+    materials_with,
+    owners,
+    strays,
+)
 from ..materials.pictures import made_from
-from ..materials.replace import parts_of
-from ..materials.response import own_trees
+from ..materials.response import own_trees, responses_in
+from ..materials.skin import SETTABLE, refill, take_back
 from .adding_holograms import fit_adopted_hologram
+from .finding_bakes import bake_shown_by
+from .lighting import update_all_lamps
 from .loading_bakes import take_bake
-from .making_materials import keep_exact_normals
-from .restoring_bakes import bake_shown_by
-from .taking_looks import take_look
+from .making_materials import group_of, keep_exact_normals, response_of
+
+# Digits of a number. Single precision, in which Blender stores it, has seven.
+_DIGITS = 6
+
+
+def take_look(grating: Grating, material: bpy.types.Material) -> None:
+    """Set a grating's look from a material that shows it: the values of its Diffraction node, its pattern, and its base
+    if the extension made the material. What a look cannot hold, such as a picture, is left out."""
+    node = next((each for each in diffraction_nodes(material) if each.node_tree == grating.group), None)
+    if node is None:
+        return
+    inputs = _changed(
+        INPUTS,
+        {name: socket.default for name, socket in SETTABLE.items()},
+        lambda name: input_set_by_artist(node, name) if name in node.inputs else None,
+    )
+    grating.look.inputs = json.dumps(inputs, sort_keys=True) if inputs else ""
+    _take_hologram(grating, hologram_of(node))
+    if was_own(material):
+        _take_base(grating, node)
+
+
+def _take_hologram(grating: Grating, hologram: bpy.types.Node | None) -> None:
+    pattern = "" if hologram is None else pattern_of(hologram.node_tree)
+    name = pattern.lower()
+    if hologram is None or name not in PATTERNS:
+        grating.look.hologram = ""
+        return
+    defaults = {socket.name: socket.default for socket in patterns.INPUTS[pattern]}
+    made = PresetHologram(name, _changed(PATTERNS[name], defaults, hologram.inputs.get))
+    grating.look.hologram = json.dumps(made.as_dict(), sort_keys=True)
+
+
+def _take_base(grating: Grating, node: bpy.types.Node) -> None:
+    links = node.inputs["Base"].links if "Base" in node.inputs else ()
+    base = links[0].from_node if links else None
+    if base is None or base.type != "BSDF_PRINCIPLED":
+        return
+    colour, roughness = base.inputs["Base Color"], base.inputs["Roughness"]
+    if not colour.is_linked:
+        grating.look.base_color = colour.default_value[:3]
+    if not roughness.is_linked:
+        grating.look.base_roughness = roughness.default_value
+
+
+def _changed(
+    limits: Mapping[str, tuple[float, float]],
+    defaults: Mapping[str, float | None],
+    socket_of: Callable[[str], bpy.types.NodeSocket | None],
+) -> dict[str, float]:
+    """The numbers of the inputs in `limits` that are not the defaults."""
+    found = {}
+    for name, (low, high) in limits.items():
+        value = getattr(socket_of(name), "default_value", None)  # an artist may have deleted the socket
+        if isinstance(value, float) and isfinite(value) and low <= (shown := float(f"{value:.{_DIGITS}g}")) <= high:
+            default = defaults[name]
+            if default is None or shown != float(f"{default:.{_DIGITS}g}"):
+                found[name] = shown
+    return found
 
 
 def adopt(scene: bpy.types.Scene) -> list[GratingError | str]:
@@ -94,3 +180,74 @@ def _new_grating(scene: bpy.types.Scene, group: bpy.types.NodeTree) -> Grating:
     shown_in = [grating.material, *materials_with(group)]
     take_look(grating, next(filter(None, shown_in)))
     return grating
+
+
+def mend_materials() -> list[GratingError | str]:
+    """Repair the file's Diffraction groups from their bakes, and materials with an empty Diffraction node. Returns
+    lines to report: repairs, then failures with their remedies. Raises GratingError if nothing could be repaired."""
+    mended: list[str] = []
+    faults: list[GratingError] = []
+    for tree in bpy.data.node_groups:
+        if tree.library is None:
+            take_back(tree)
+    owners: dict[Any, tuple[bpy.types.Scene, Grating]] = {
+        grating.own_group: (scene, grating) for scene, grating in _gratings()
+    }
+    update_all_lamps()
+    for group in filter(_is_broken, _groups()):
+        try:
+            _mend(group, owners.get(group))
+            mended.append(group.name)
+        except GratingError as error:
+            faults.append(error)
+    for material in filter(empty_nodes, _materials()):
+        try:
+            add_diffraction(material, _group_for(material))
+            mended.append(material.name)
+        except GratingError as error:
+            faults.append(error)
+    faults += faults_of(_groups())
+    if not mended and faults:
+        raise faults[0]
+    done = f"mended: {', '.join(mended)}" if mended else "every diffraction material is whole"
+    return [done, *{str(fault): fault for fault in faults}.values()]
+
+
+def _mend(group: bpy.types.NodeTree, owner: tuple[bpy.types.Scene, Grating] | None) -> None:
+    if not lost_of_own(group):
+        refill(group, responses_in(group))
+    elif owner is not None:
+        group_of(*owner)
+    else:
+        replace_response(group, response_of(bake_shown_by(group)))
+
+
+def _group_for(material: bpy.types.Material) -> bpy.types.NodeTree:
+    """The Diffraction group for a material whose Diffraction node is empty: of the grating that made the material, else
+    of the file's only grating. Raises GratingError if there is neither."""
+    gratings = list(_gratings())
+    owners = [(scene, grating) for scene, grating in gratings if grating.material == material] or [
+        (scene, grating) for scene, grating in gratings if len(gratings) == 1
+    ]
+    if not owners:
+        raise GratingError(material.name, "its Diffraction node is empty", "choose a grating, then Add to Materials")
+    return group_of(*owners[0])
+
+
+def _gratings() -> Iterator[tuple[bpy.types.Scene, Grating]]:
+    for scene in bpy.data.scenes:
+        gratings: Iterable[Grating] = scene.natural_gratings.items if scene.library is None else ()
+        for grating in gratings:
+            yield scene, grating
+
+
+def _groups() -> list[bpy.types.NodeTree]:
+    return [group for group in diffraction_groups() if group.library is None]
+
+
+def _materials() -> list[bpy.types.Material]:
+    return [material for material in bpy.data.materials if material.library is None]
+
+
+def _is_broken(group: bpy.types.NodeTree) -> bool:
+    return bool(lost_of_own(group) or lost_of_nodes(group))

@@ -1,24 +1,91 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Assigning a grating to meshes: as their material, or layered over the materials that they have.
 
-Each action returns lines to report: what was done, then warnings. Blender's status bar keeps the last line."""
+Each action returns lines to report: what was done, then warnings. Blender's status bar keeps the last line.
+
+Putting materials into slots of selected objects, without changing other objects, and so that it can be undone.
+
+Removing diffraction from objects, without changing other objects."""
 
 import bpy
 
 from ...precompute.base.failure import GratingError
+from ..blender import stored
 from ..direction.seams import seam_warning
 from ..gratings.grating import Grating, active_grating
+from ..gratings.own_names import is_own
 from ..materials.lost_parts import lost
-from ..materials.material import add_diffraction, check_can_add, diffraction_nodes, empty_nodes, overfull
+from ..materials.material import (
+    add_diffraction,
+    check_can_add,
+    diffraction_nodes,
+    empty_nodes,
+    overfull,
+    remove_diffraction,
+)
 from ..materials.skin import crowded
 from .adding_holograms import fit_hologram
-from .chosen_meshes import meshes_among, no_meshes, slots_with_faces
-from .fitting_worlds import want_fit
-from .making_materials import beginning_of, group_of, lamps_alone, working_material
-from .material_slots import Selection, note_replaced
-from .noticing_outside import notice_outside
+from .chosen_meshes import check_can_change, data_is_fixed, meshes_among, no_meshes, slots_with_faces
+from .finding_bakes import notice_outside
+from .fitting_worlds import forget_unread_sources, want_fit
+from .making_materials import beginning_of, group_of, lamps_alone, prepare_meshes, working_material
 from .reflections import dull
-from .varying import prepare_meshes
+
+
+class Selection:
+    """The objects that an artist works on, and the data and materials that other objects share with them."""
+
+    def __init__(self, objects: list[bpy.types.Object]) -> None:
+        selected = set(objects)
+        others = [o for o in bpy.data.objects if o not in selected]
+        self._data = {o.data for o in others if o.data is not None}
+        # A grating's own material stays unchanged, for the next object.
+        kept = own_materials()
+        self._materials = kept | {slot.material for o in others for slot in o.material_slots}
+
+    def has_alone(self, material: bpy.types.Material) -> bool:
+        """Whether no other object and no grating uses the material."""
+        return material not in self._materials
+
+    def put(self, thing: bpy.types.Object, index: int, material: bpy.types.Material | None) -> None:
+        """Put a material into one of the object's slots. If the mesh is linked from another file, or shared with an
+        object that is not selected, the slot is switched from the mesh to the object."""
+        slot = thing.material_slots[index]
+        if slot.link == "DATA" and (thing.data in self._data or data_is_fixed(thing)):
+            slot.link = "OBJECT"
+        slot.material = material
+
+
+def own_materials() -> set[bpy.types.Material]:
+    """The materials that were made for gratings."""
+    items = (grating for scene in bpy.data.scenes for grating in scene.natural_gratings.items)
+    # Earlier versions did not mark the materials.
+    of_gratings = {grating.material for grating in items if grating.material is not None}
+    return of_gratings | {material for material in bpy.data.materials if is_own(material)}
+
+
+def note_replaced(thing: bpy.types.Object, index: int) -> None:
+    """Before a grating's own material replaces a slot's material, record the former material on the object."""
+    material = thing.material_slots[index].material
+    if material not in own_materials():
+        thing[_replaced(index)] = "" if material is None else material
+
+
+def was_replaced(thing: bpy.types.Object, index: int) -> bool:
+    """Whether the slot shows a grating's own material and its former material is recorded."""
+    return _replaced(index) in thing and thing.material_slots[index].material in own_materials()
+
+
+def take_replaced(thing: bpy.types.Object, index: int) -> bpy.types.Material | None:
+    """Remove and return the record of a slot's former material; None if the slot was empty or the material is gone."""
+    material = stored.block(thing, _replaced(index), bpy.types.Material)
+    del thing[_replaced(index)]
+    return material
+
+
+def _replaced(index: int) -> str:
+    """The object's custom property that records a slot's former material."""
+    return f"ng_replaced_{index}"
 
 
 def assign_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> list[str]:
@@ -121,3 +188,44 @@ def prepared(meshes: list[bpy.types.Object], grating: Grating) -> list[str]:
 
 def _names(things) -> str:
     return ", ".join(thing.name for thing in things)
+
+
+def remove_from(objects: list[bpy.types.Object]) -> str:
+    """Remove diffraction from all materials of the objects, and from no other object. Returns a line to report.
+
+    A slot with a grating's own material gets its former material back. Any other material loses its diffraction. If
+    something else uses that material too, the objects get a copy without diffraction. The sources of worlds go with the
+    last material that reads them.
+
+    Raises GratingError, with nothing changed, if an object is linked from another file."""
+    found = [(o, index) for o in objects for index in slots_with_diffraction(o)]
+    for thing in dict.fromkeys(thing for thing, _ in found):
+        check_can_change(thing)
+    selection = Selection(objects)
+    # Maps a material with diffraction to the copy without.
+    plain: dict[bpy.types.Material, bpy.types.Material] = {}
+    lines = []
+    for thing, index in found:
+        material = thing.material_slots[index].material
+        if not diffraction_nodes(material):
+            continue  # already done through an object that shares the material or the mesh
+        if was_replaced(thing, index):
+            former = take_replaced(thing, index)
+            selection.put(thing, index, former)
+            lines.append(f"{thing.name}: {f'{former.name} is back' if former else 'its slot is empty again'}")
+        elif selection.has_alone(material) and material.library is None and material.override_library is None:
+            remove_diffraction(material)
+            lines.append(f"{material.name}: without diffraction")
+        else:
+            if material not in plain:
+                plain[material] = material.copy()
+                remove_diffraction(plain[material])
+                lines.append(f"other objects keep {material.name}; here it is {plain[material].name}")
+            selection.put(thing, index, plain[material])
+    forget_unread_sources()
+    return "; ".join(lines)
+
+
+def slots_with_diffraction(thing: bpy.types.Object) -> list[int]:
+    """The indices of the object's slots whose material has diffraction."""
+    return [index for index, slot in enumerate(thing.material_slots) if diffraction_nodes(slot.material)]

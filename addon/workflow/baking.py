@@ -1,25 +1,38 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Baking a grating in a separate process, and recording the bake."""
+"""Baking a grating in a separate process, and recording the bake.
+
+The light of a bake that serves the lamps of a scene.
+
+Giving a preset's grating the draft bake that the extension ships."""
 
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import bpy
+
 from ...precompute.base.failure import GratingError
+from ...precompute.base.files import told_of, write_together
 from ...precompute.base.progress import Progress, silent
-from ...precompute.colour.working_space import lamp_line
+from ...precompute.colour.channels import light_for
+from ...precompute.colour.spaces import lamp_line
 from ...precompute.measure.stated_errors import stated_errors
+from ...precompute.presets.presets import Preset, draft_request, shipped_draft
 from ...precompute.surface.height_map import is_synthetic
 from ...precompute.surface.steps.pipeline import WARNING
-from ..blender.paths import own_path
+from ..blender.guard import own_path
 from ..blender.working_space import working_space
+from ..gratings.bakes import asked, note_bake
 from ..gratings.cache_folder import bakes_folder
 from ..gratings.grating import Grating, request_record
-from ..gratings.remembered_bakes import asked, note_bake
 from ..jobs.child import Deadline, Job
+from ..lamps.follow import counted_lamps
+from ..lamps.lamp_spectrum import further_spectra, seen_spectrum
 from .making_materials import refresh_group
 
 if TYPE_CHECKING:
@@ -123,3 +136,32 @@ def record_bake(grating: Grating, facts: dict[str, Any], request: BakeRequest, *
     ]
     note_bake(grating, facts["files"][0], "\n".join(summary), request=request)
     refresh_group(grating)
+
+
+def light_of_scene(scene: bpy.types.Scene) -> str:
+    """The canonical text of the light that serves the scene's lamps and the sources of its world: `smooth` if all are
+    white, because a world's light seldom is. Raises GratingError as light_for does."""
+    lamps = {seen_spectrum(lamp.data) for lamp in counted_lamps(scene)} - {""}
+    known = further_spectra()
+    light = light_for(lamp for lamp in lamps if ":" not in lamp or lamp in known)
+    return light_for(["D5500"]) if light == light_for(()) else light
+
+
+def take_draft(grating: Grating, preset: Preset) -> bool:
+    """Set a grating to draft quality, and give it the preset's shipped draft. The files are copied into the cache, as
+    another version of the extension may not have them. Returns whether there is a draft. Raises GratingError if the
+    cache cannot be written."""
+    draft = draft_request(preset.request)
+    grating.take_request(draft)
+    request = grating.bake_request()
+    facts = shipped_draft(preset.name, draft)
+    if facts is None:
+        return False
+    folder = bakes_folder(asked(request))
+    with told_of(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+    copies = {folder / Path(file).name: partial(shutil.copyfile, file) for file in facts["files"]}
+    if not all(copy.is_file() for copy in copies):
+        write_together(copies)
+    record_bake(grating, facts | {"files": [str(copy) for copy in copies]}, request)
+    return True

@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 
 from ...precompute.base.failure import GratingError
-from ..direction.direction_map import check_frame_map
+from ..direction.tangent_frame import check_frame_map
 from ..direction.uv_maps import has_uv_map
 from ..gratings.direction_source import DIRECTION_REMEDY, FRAME_MAP, STORED, DirectionSource
 

@@ -8,26 +8,29 @@ from typing import Any
 
 import bpy
 
-from ..blender.window import has_window
-from ..cameras.view_rays import ViewPixels
-from ..causes.bake_causes import before_assigning, lost_parts, unlinked
-from ..causes.cause import HARMLESS, Cause
-from ..causes.direction_causes import lacking_direction
-from ..causes.display_causes import (
+from ..blender.compat import has_window
+from ..cameras.seen_surfaces import ViewPixels
+from ..causes.seen_causes import Seen, badly_lit, few_colours, outside_bake, seen, shaded, unseen
+from ..causes.setting_causes import (
+    before_assigning,
     dark_exposure,
+    dark_lamps,
     few_samples,
     greying_transform,
+    has_other_light,
     hidden_objects,
+    hiding_inputs,
+    lacking_direction,
     layer_settings,
     lights_off,
+    lost_parts,
     other_pass,
+    unlinked,
     unshaded_view,
+    unsuited_period,
 )
-from ..causes.lamp_causes import dark_lamps, has_other_light
-from ..causes.material_causes import hiding_inputs, unsuited_period
-from ..causes.seen_causes import Seen, badly_lit, few_colours, outside_bake, seen, shaded, unseen
-from ..causes.subject import Subject, subject_of
-from ..materials.group_users import listed
+from ..causes.subject import HARMLESS, Cause, Subject, subject_of
+from ..materials.material import listed
 
 
 @dataclass(frozen=True)

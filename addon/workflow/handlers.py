@@ -21,10 +21,8 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ..blender import mesa
-from ..blender.changes import STILL, note_change, seconds_until_still
+from ..blender.compat import STILL, has_window, is_rendering, note_change, seconds_until_still
 from ..blender.guard import guarded
-from ..blender.rendering import is_rendering
-from ..blender.window import has_window
 from ..lamps.follow import follow_lamps, followed_lamps, has_lost_lamps, left_out_lamps, stop_following
 from ..lamps.lamp_spectrum import FIELD
 from ..lamps.rendered_lamps import show_as_rendered
@@ -40,7 +38,7 @@ from .fitting_worlds import (
     want_fit,
     world_is_known,
 )
-from .following_lamps import lit_boxes, update_lamps
+from .lighting import lit_boxes, update_lamps
 
 
 @persistent
@@ -210,18 +208,18 @@ def _follow_world(scene: bpy.types.Scene) -> None:
 
 
 def _follow_settings(scene: bpy.types.Scene) -> None:
-    from .following_settings import follow_settings  # files without diffraction do not load it
+    from .making_materials import follow_settings  # files without diffraction do not load it
 
     follow_settings(scene)
 
 
 def _outside(scene: bpy.types.Scene) -> list[str]:
     """A warning for each object that shows light from outside its bake's region."""
-    from ..gratings.baked_region import has_regions
+    from ..gratings.bakes import has_regions
 
     if not has_regions():  # most files stop here
         return []
-    from .noticing_outside import notice_outside
+    from .finding_bakes import notice_outside
 
     return notice_outside(scene)
 

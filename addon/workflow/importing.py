@@ -9,17 +9,14 @@ from typing import Any
 import bpy
 
 from ...precompute.base.failure import GratingError, printable
-from ...precompute.surface.description import Description, describe
 from ...precompute.surface.generated.parameters import canonical, parse_grating
 from ...precompute.surface.height_map import GRATING_PREFIX, SAMPLE_PREFIX, HeightMap
-from ...precompute.surface.quality import LIGHTS
+from ...precompute.surface.quality import LIGHTS, Description, describe
 from ...precompute.surface.readers.reader_registry import read_height_map, read_other_way
 from ...precompute.surface.samples.catalogue import matter_of, title_of
 from ...precompute.surface.steps.pipeline import DEFAULT
-from ..blender.paths import absolute, kept_path
-from ..gratings.grating import Grating, scan_record, unused_name
-from ..gratings.matter_fields import take_matter
-from ..gratings.variation import Variation
+from ..blender.guard import absolute, kept_path
+from ..gratings.grating import Grating, Variation, scan_record, take_matter, unused_name
 from ..gratings.wording import in_one_line, labelled
 from ..materials.group_properties import variation_of
 

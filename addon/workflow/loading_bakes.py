@@ -11,13 +11,13 @@ from ...precompute.bake.request import BakeRequest, Scan, request_from
 from ...precompute.base.failure import GratingError, printable
 from ...precompute.cli.arguments import existing_bake
 from ...precompute.measure.shown_colours import is_shown
-from ...precompute.surface.description import Description
 from ...precompute.surface.height_map import is_synthetic
-from ...precompute.table.atlas_file import read_sound_header
+from ...precompute.surface.quality import Description
+from ...precompute.table.atlas import read_sound_header
 from ...precompute.table.sample_set import path_beside
 from ...precompute.table.sample_set import read_header as read_sample_set_header
-from ...precompute.table.tiling import BYTES_PER_TEXEL
-from ..blender.paths import absolute, kept_path
+from ...precompute.table.table import BYTES_PER_TEXEL
+from ..blender.guard import absolute, kept_path
 from ..gratings.grating import Grating, unused_name
 from ..gratings.wording import in_one_line
 from .baking import record_bake

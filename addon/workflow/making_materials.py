@@ -1,23 +1,26 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Making a grating's node group and its material."""
+"""Making a grating's node group and its material.
 
-from collections.abc import Callable, Iterable
+Applying a grating's settings to its materials as soon as an artist changes them.
+
+Varying a grating over the meshes that show it."""
+
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 import bpy
 
 from ...precompute.base.failure import GratingError, printable
-from ...precompute.table.atlas_file import read_header
-from ..gratings.baked_region import note_region
-from ..gratings.grating import Grating
-from ..gratings.lights_choice import LAMPS_ONLY, NO_SAMPLE_SET, REST
+from ...precompute.table.atlas import read_header
+from ..gratings.bakes import note_region
+from ..gratings.grating import ATTRIBUTE, LAMPS_ONLY, NO_SAMPLE_SET, REST, Grating, Variation
 from ..gratings.own_names import follow_name, note_own
 from ..materials.direct.direct_response import direct_response
-from ..materials.holograms.hologram_nodes import put_hologram
-from ..materials.holograms.pattern_nodes import pattern_group
-from ..materials.lost_parts import lost, lost_of_nodes, lost_of_own
+from ..materials.group_properties import is_diffraction, variation_of
+from ..materials.holograms.hologram_nodes import pattern_group, put_hologram
+from ..materials.lost_parts import lost, lost_of_nodes, lost_of_own, replace_response
 from ..materials.material import add_diffraction, diffraction_nodes, new_diffraction_material
-from ..materials.replace import replace_response
 from ..materials.response import Response, is_in_other_space, response_in, responses_in
 from ..materials.skin import (
     answers_to_world,
@@ -25,10 +28,12 @@ from ..materials.skin import (
     group_around,
     refill,
     set_up,
+    set_variation,
     take_back,
 )
-from .following_lamps import update_all_lamps
-from .restoring_bakes import bake_of
+from .directing import meshes_that_show
+from .finding_bakes import bake_of
+from .lighting import update_all_lamps
 
 
 def make_material(scene: bpy.types.Scene, grating: Grating) -> bpy.types.Material:
@@ -125,7 +130,7 @@ def refresh_group(grating: Grating) -> None:
 
 
 def choose_lights(grating: Grating, lights: str) -> list[str]:
-    """Set which lights a grating's materials respond to (gratings/lights_choice.py). Returns warnings."""
+    """Set which lights a grating's materials respond to (gratings/grating.py). Returns warnings."""
     grating.lights = lights
     group = take_back(grating.own_group)
     if group is None:
@@ -153,3 +158,64 @@ def response_of(path: Path) -> Response:
     layout, _ = read_header(path)
     note_region(response.group, layout)
     return response
+
+
+def follow_settings(first: bpy.types.Scene | None = None) -> None:
+    """Apply the switches of the file's gratings to their materials. Nodes that are right already stay. If
+    scenes share a material, as a copied scene does, the settings of the scene `first` count."""
+    done: set[bpy.types.NodeTree] = set()
+    for scene in sorted(bpy.data.scenes, key=lambda scene: scene != first):
+        gratings: Iterable[Any] = scene.natural_gratings.items if scene.library is None else ()
+        for grating in gratings:
+            group = grating.own_group
+            if is_diffraction(group) and group not in done:
+                done.add(group)
+                set_up(group, shadows=grating.shadows, footprint=grating.footprint, every_lamp=grating.every_lamp)
+
+
+def vary(scene: bpy.types.Scene, grating: Grating, choice: Variation, *, others: Sequence[Grating]) -> list[str]:
+    """Vary all materials of a grating over the surface, between the grating and `others`, one for each share of
+    `choice`. Returns lines to report. Raises GratingError, with nothing changed, if a grating is not baked or is named
+    twice, if the shares add up to more than 1, or if the pattern's attribute has no name."""
+    twice = [each.name for k, each in enumerate(others) if each in (grating, *others[:k])]
+    if twice:
+        raise GratingError(grating.name, f"{twice[0]} is named twice", "choose another grating to vary it with")
+    if sum(choice.shares) > 1.0 + 1e-6:
+        raise GratingError(
+            grating.name, f"the others cover {sum(choice.shares):.0%} of the surface", "lower their shares to 100%"
+        )
+    if choice.shares and choice.pattern == ATTRIBUTE and not choice.attribute:
+        raise GratingError(grating.name, "its Pattern needs an Attribute", "name one, such as scale_random")
+    for each in (grating, *others):
+        needed_bake(each)
+    group = group_of(scene, grating)
+    set_variation(group, choice, [_response_of(scene, other) for other in others])
+    meshes = meshes_that_show(group)
+    unseen = [] if meshes else [f"{grating.name}: no mesh shows it yet; press Assign to Selected"]
+    return [f"{grating.name}: {choice.summary}", *prepare_meshes(group, meshes), *unseen, *crowded(group)]
+
+
+def _response_of(scene: bpy.types.Scene, grating: Grating) -> Response:
+    response = response_in(group_of(scene, grating))
+    assert response is not None  # group_of repairs a group that lost its response
+    return response
+
+
+def varied_with(scene: bpy.types.Scene, grating: Grating) -> list[Grating]:
+    """The scene's gratings that a grating is varied with, in order."""
+    if grating.group is None:
+        return []
+    by_response = {response_in(each.group): each for each in scene.natural_gratings.items if each.group is not None}
+    return [by_response[response] for response in responses_in(grating.group)[1:] if response in by_response]
+
+
+def prepare_meshes(group: bpy.types.NodeTree, meshes: Iterable[bpy.types.Object]) -> list[str]:
+    """Make meshes store the rest position of their vertices, before modifiers and shape keys, on which the variation is
+    based. Returns a line for each mesh that lacks the pattern's attribute."""
+    choice, lines = variation_of(group), []
+    for mesh in meshes if choice != Variation() else ():
+        if mesh.library is None and mesh.override_library is None:
+            mesh.add_rest_position_attribute = True
+        if choice.pattern_attribute and choice.pattern_attribute not in mesh.data.attributes:
+            lines.append(f"{mesh.name}: has no attribute {choice.pattern_attribute}; it shows the first grating alone")
+    return lines

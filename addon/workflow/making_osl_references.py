@@ -7,9 +7,9 @@ from pathlib import Path
 import bpy
 
 from ...precompute.base.failure import GratingError, printable
-from ...precompute.colour.working_space import rgb_from_xyz
+from ...precompute.colour.spaces import rgb_from_xyz
 from ...precompute.methods.dft_layout import read_sound_layout
-from ...precompute.table.atlas_file import read_header
+from ...precompute.table.atlas import read_header
 from ..blender.working_space import working_space
 from ..gratings.cache_folder import cache_folder
 from ..gratings.grating import Grating
@@ -20,7 +20,7 @@ from ..materials.osl.thesis_methods import build_osl_response
 from ..materials.response import Response
 from ..materials.skin import group_around
 from .baking import deadline_of
-from .following_lamps import update_lamps
+from .lighting import update_lamps
 
 
 def write_images(grating: Grating, method: str) -> Path:

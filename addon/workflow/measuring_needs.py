@@ -7,24 +7,22 @@ from typing import Any
 
 import bpy
 
-from ...precompute.bake.expected import expected_table_bytes
 from ...precompute.bake.needs import EVERYTHING, Needs
+from ...precompute.bake.plan import expected_table_bytes
 from ...precompute.bake.request import BakeRequest, request_from
 from ...precompute.bake.shown_directions import MARGIN, SHARE, held_share, joined, needs_of
 from ...precompute.base.failure import GratingError
 from ...precompute.base.progress import Progress, silent
 from ...precompute.surface.height_map import is_synthetic
-from ...precompute.table.atlas import Layout
-from ...precompute.table.atlas_file import read_header
-from ...precompute.table.tiling import BYTES_PER_TEXEL
-from ..cameras.animation import frames_between, is_animated, moves
-from ..cameras.camera_look import Look, answers_to_everything, look, unknown_inputs
+from ...precompute.table.atlas import Layout, read_header
+from ...precompute.table.table import BYTES_PER_TEXEL
+from ..cameras.camera_look import Look, answers_to_everything, frames_between, is_animated, look, moves, unknown_inputs
 from ..gratings.grating import Grating
 from ..lamps.follow import followed_lamps
 from ..materials.group_properties import is_diffraction
 from ..materials.material import diffraction_nodes
 from ..materials.response import response_in, responses_in
-from .restoring_bakes import bake_of
+from .finding_bakes import bake_of
 
 # Frames sampled from a range, not counting camera cuts; rays for one frame; minimum rays for each of several frames.
 FRAMES_MAX, _RAYS, _RAYS_LEAST = 16, 12000, 2000

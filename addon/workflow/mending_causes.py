@@ -8,20 +8,16 @@ import bpy
 from mathutils import Vector
 
 from ...precompute.base.failure import GratingError
-from ..blender.window import has_window
+from ..blender.compat import has_window
 from ..blender.working_space import show_pure_colours
-from ..causes.lamp_causes import why_dark
-from ..causes.material_causes import set_number
-from ..causes.seen_light import WELL_LIT
-from ..causes.shown_things import end_holdout, show
-from ..causes.subject import Subject, subject_of
-from ..lamps.find import COUNTS, lamps_of
-from ..lamps.strength import irradiances
-from ..materials.group_users import boxes_showing
-from ..materials.material import add_diffraction
+from ..causes.seen_causes import WELL_LIT
+from ..causes.setting_causes import set_number, why_dark
+from ..causes.subject import Subject, end_holdout, show, subject_of
+from ..lamps.find import COUNTS, irradiances, lamps_of
+from ..materials.material import add_diffraction, boxes_showing
 from ..materials.skin import SETTABLE, set_up
 from .finding_causes import views_of
-from .following_lamps import update_lamps
+from .lighting import update_lamps
 
 _SAMPLES = 256
 

@@ -8,7 +8,7 @@ import bpy
 
 from ...precompute.base.failure import GratingError
 from ...precompute.surface.height_map import is_synthetic
-from ...precompute.surface.readers.named_width import named_width_um
+from ...precompute.surface.readers.pictures import named_width_um
 from ...precompute.surface.readers.reader_registry import reader_of
 from ..gratings.grating import scan_record
 from .importing import import_scans

@@ -7,9 +7,9 @@ import numpy as np
 from ...precompute.base.failure import GratingError, printable
 from ..blender import compat
 from ..gratings.grating import Grating, active_grating
+from ..materials.group_properties import RANGES, paint_of, put_paint, remove_paint
 from ..materials.holograms.hologram_nodes import input_set_by_artist
 from ..materials.material import check_can_add, diffraction_nodes
-from ..materials.painted_inputs import RANGES, paint_of, put_paint, remove_paint
 from .chosen_meshes import check_can_change, check_not_edited, data_is_fixed
 
 ATTRIBUTE, TEXTURE, GROUP = "ATTRIBUTE", "TEXTURE", "GROUP"

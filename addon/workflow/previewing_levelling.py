@@ -11,9 +11,8 @@ import bpy
 import bpy.utils.previews
 
 from ...precompute.base.failure import GratingError
-from ..blender.changes import STILL
+from ..blender.compat import STILL, redraw_views
 from ..blender.guard import guarded
-from ..blender.window import redraw_views
 from ..gratings.grating import Grating
 
 if TYPE_CHECKING:

@@ -8,19 +8,18 @@ import numpy as np
 from mathutils import Vector
 
 from ...precompute.measure.light_directions import Preference
-from ..gratings.grating import Grating
-from ..gratings.lights_choice import LAMPS_ONLY
+from ..gratings.grating import LAMPS_ONLY, Grating
 from ..lamps.find import lamps_of
 from ..lamps.light_rig import RigLamp, is_of_rig
-from ..materials.group_users import shown_by
+from ..materials.material import shown_by
 from ..worlds.world_light import world_light
-from .rig_places import Lit
+from .light_rigs import Lit
 
 # The radiance from which on an even world shows a metal's colour.
 _BRIGHT = 0.25
 # The side of a lamp over its distance from which on it is seen as a surface.
 _LARGE = 0.5
-# The side of a card over its distance, so wide that the table leaves its light to closures (materials/wide_lamps.py);
+# The side of a card over its distance, so wide that the table leaves its light to closures (materials/lamp_choice.py);
 # and its irradiance over the key's, also of one that fills all that the viewer sees, where it washes colours out.
 _SIDE, _SHARE, _FILLING = 2.0, 0.4, 0.1
 _NAMES = "Card", "Second Card"

@@ -15,8 +15,8 @@ from ...precompute.mesh.unwrap import BY_BLENDER, Mesh, Packing, longest_seconds
 from ..direction.uv_maps import has_comb, rendering_map
 from ..gratings.direction_source import STORED, UV_MAP
 from ..jobs.child import Deadline, Job
-from .choosing_direction import choose_frame, meshes_that_show
 from .chosen_meshes import check_not_edited
+from .directing import choose_frame, meshes_that_show
 
 NEW_MAP = "Unwrapped"
 # Extra seconds for the process to read a mesh and write its map; a million triangles take a few.

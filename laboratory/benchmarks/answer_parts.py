@@ -14,7 +14,7 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from precompute.cli.option_types import count
+from precompute.cli.arguments import count
 from precompute.cli.parser import OneLineParser
 
 from . import report

@@ -24,12 +24,12 @@ from typing import Any
 
 import numpy as np
 
-from precompute.bake import bake_folder
+from precompute.bake import make
 from precompute.bake.request import BakeRequest, Scan
 from precompute.base.progress import silent
-from precompute.cli.option_types import count
+from precompute.cli.arguments import count
 from precompute.cli.parser import OneLineParser
-from precompute.presets.drafts import draft_request
+from precompute.presets.presets import draft_request
 
 from ..speed.run import machine
 from ..speed.surfaces import SHARED, SKINS
@@ -38,15 +38,15 @@ from . import report
 # The functions of each stage, as precompute's modules name them. The time of a function does not contain that of the
 # other functions that it calls.
 BAKE = {
-    "read": ("bake.bake_folder.level", "bake.bake_folder.relief_of", "bake.request.read_height_map"),
+    "read": ("bake.make.level", "bake.make.relief_of", "bake.request.read_height_map"),
     "transforms": ("bake.ensemble.fast_series",),
     "terms and texels": ("bake.ensemble.probe",),
-    "resampling": ("bake.tiles.channels_over_w2",),
+    "resampling": ("bake.ensemble.channels_over_w2",),
     "albedo": ("bake.ensemble.largest_albedo",),
     "sample set": ("bake.ensemble.make_sample_set",),
     "basis": ("bake.make.comparison", "bake.make.with_learnt_basis"),
     "blur levels": ("bake.make.with_levels",),
-    "writing": ("table.atlas.pack", "bake.bake_folder.write_together"),
+    "writing": ("table.atlas.pack", "bake.make.write_together"),
 }
 CHECK = {
     "check: pairs": ("bake.self_check.pairs_within",),
@@ -54,7 +54,7 @@ CHECK = {
     "check: exact transforms": ("bake.self_check.exact_error",),
     "check: table": ("bake.self_check.measure",),
     "check: wide kernels": ("bake.make.wide_errors",),
-    "check: shown colours": ("bake.bake_folder.shown_colours",),
+    "check: shown colours": ("bake.make.shown_colours",),
 }
 REST = "rest"
 # The surfaces and qualities, and the number of transforms that a bake's time is compared with.
@@ -107,8 +107,8 @@ def measure(scan: Scan, quality: str, transforms: int = 5) -> dict[str, Any]:
     seconds: Counter[str] = Counter()
     with tempfile.TemporaryDirectory() as folder, clocked(seconds):
         height_map = scan.read()
-        bake_folder.bake_to_folder([height_map], request, Path(folder), progress=silent)
-    peak = bake_folder.peak_bytes()
+        make.bake_to_folder([height_map], request, Path(folder), progress=silent)
+    peak = make.peak_bytes()
     field = np.random.default_rng(0).standard_normal(height_map.height_m.shape) + 0j
     transform = min(_seconds_of_transform(field) for _ in range(transforms))
     return {"stages": dict(seconds), "transform": transform, "peak_bytes": peak, "pixels": list(field.shape)}

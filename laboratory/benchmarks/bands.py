@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 import OpenEXR
 
-from precompute.cli.option_types import count, path_argument
+from precompute.cli.arguments import count, path_argument
 from precompute.cli.parser import OneLineParser
 from sample_scenes import scenes
 

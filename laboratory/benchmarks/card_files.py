@@ -66,7 +66,7 @@ def _write_scene(addon, name: str, folder: Path, lamps: Sequence[int]) -> None:
             for slot, put in zip(slots, materials.get(material, dressed), strict=True):
                 slot.material = put
             built.grating.shadows = material != "unshadowed"
-            addon.following_lamps.update_lamps(scene)
+            addon.lighting.update_lamps(scene)
             path = file_of(folder, name, material, count)
             path.parent.mkdir(parents=True, exist_ok=True)
             bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=False)

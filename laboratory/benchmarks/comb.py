@@ -10,7 +10,7 @@ import time
 
 import numpy as np
 
-from precompute.cli.option_types import count
+from precompute.cli.arguments import count
 from precompute.cli.parser import OneLineParser
 from precompute.mesh.comb import GUIDES, comb
 from precompute.mesh.layout import Polygons

@@ -3,7 +3,7 @@
 
     ./dev bench constants [--case NAME] [--json FILE|-]
 
-EEVEE has 64 KiB for the constants of a material (addon/nodes/eevee_constants.py). Each row is a sphere with a grating,
+EEVEE has 64 KiB for the constants of a material (addon/nodes/interface.py). Each row is a sphere with a grating,
 outside the camera's view, so that EEVEE translates its shaders but never runs them. Mesa's software rasteriser writes
 the shaders to files, which declare the block of constants. Other drivers write no files; `blender` is then null.
 """
@@ -17,7 +17,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from precompute.bake.bake_folder import bake_to_folder
+from precompute.bake.make import bake_to_folder
 from precompute.bake.request import BakeRequest
 from precompute.cli.parser import OneLineParser
 from precompute.surface.readers.reader_registry import read_height_map
@@ -113,9 +113,9 @@ def show(addon: SimpleNamespace, case: Case, bakes: list[Path]) -> int:
     assert assign() == {"FINISHED"}
     first, *others = gratings.items
     if others or case.turn:
-        choice = addon.variation.Variation(shares=(0.4,) * len(others), turn=case.turn)
-        addon.varying.vary(scene, first, choice, others=others)
-    return addon.eevee_constants.constant_bytes(ball.active_material.node_tree)
+        choice = addon.grating.Variation(shares=(0.4,) * len(others), turn=case.turn)
+        addon.making_materials.vary(scene, first, choice, others=others)
+    return addon.interface.constant_bytes(ball.active_material.node_tree)
 
 
 def _bake(surface: str, folder: Path) -> Path:

@@ -15,9 +15,9 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from precompute.cli.parser import OneLineParser
-from precompute.optics.fresnel import fresnel_reflectance
+from precompute.optics.brdf import fresnel_reflectance
 from precompute.optics.plate import NO_PLATE
-from precompute.reflectance.metals import metal_index
+from precompute.reflectance.films import metal_index
 
 from . import report
 from .rcwa import Grating

@@ -8,9 +8,9 @@ import numpy as np
 from precompute.colour.observer import wavelengths
 from precompute.methods.method_registry import METHODS
 from precompute.surface.height_map import HeightMap
+from precompute.surface.quality import grating_period
 from precompute.surface.relief import Relief, prepare
 from precompute.surface.samples.ruled_gratings import blazed
-from precompute.surface.unit_cell import grating_period
 
 from ..study import evaluation
 from ..study.response import WINDOW, FirstOrder, first_order_plane, response

@@ -10,7 +10,7 @@ program exits with status 1 if any fault failed. tests/precompute/test_faults.py
 import tempfile
 from pathlib import Path
 
-from precompute.cli.option_types import count, name_argument
+from precompute.cli.arguments import count, name_argument
 from precompute.cli.parser import OneLineParser
 
 from . import faults_bake, faults_blender, report

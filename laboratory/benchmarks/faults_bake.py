@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from precompute.base.failure_line import failure_in
-from precompute.table import atlas_file
+from precompute.base.strict import failure_in
+from precompute.table import atlas
 
 from .faults_case import Case, SkipFault, assert_no_leftovers, contents, read_only, small_disk, take_away
 
@@ -133,7 +133,7 @@ def _assert_whole(output: Path, cache: Path) -> None:
     """The output has a whole bake, and nothing unfinished is left."""
     files = list(output.glob("*.exr"))
     assert len(files) == 2, f"{len(files)} files"
-    atlas_file.read(next(file for file in files if not file.stem.endswith(".lobes")))
+    atlas.read(next(file for file in files if not file.stem.endswith(".lobes")))
     assert_no_leftovers(output, cache)
 
 

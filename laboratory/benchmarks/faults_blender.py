@@ -102,7 +102,7 @@ def _moved(session: _Session, *, packed: bool) -> str:
     session.home.rename(away)
     session.open(away / "shot.blend")
     session.assert_shown()
-    assert session.addon.restoring_bakes.bake_of(session.grating) == away / "bakes" / "skin.exr", "another bake"
+    assert session.addon.finding_bakes.bake_of(session.grating) == away / "bakes" / "skin.exr", "another bake"
     return "the bake, beside the file"
 
 
@@ -129,7 +129,7 @@ def _of_a_windows_drive(session: _Session) -> str:
     session.save()
     session.open(session.home / "shot.blend")
     session.assert_shown()
-    assert session.addon.restoring_bakes.bake_of(session.grating).is_file(), "the bake is lost"
+    assert session.addon.finding_bakes.bake_of(session.grating).is_file(), "the bake is lost"
     return session.press("bake")
 
 

@@ -17,7 +17,7 @@ import tempfile
 from functools import partial
 from pathlib import Path
 
-from precompute.cli.option_types import count
+from precompute.cli.arguments import count
 from precompute.cli.parser import OneLineParser
 
 from . import report

@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from precompute.cli.option_types import count
+from precompute.cli.arguments import count
 from precompute.cli.parser import OneLineParser
 
 from . import report

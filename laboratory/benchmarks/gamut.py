@@ -4,7 +4,7 @@
     ./dev bench gamut [--json FILE|-]
 
 A spectrum's colour has negative components in every RGB space. The materials move such a colour towards the grey of
-the same luminance (precompute/colour/gamut.py). The benchmark draws directions of lamp and viewer by the light that a
+the same luminance (precompute/colour/spaces.py). The benchmark draws directions of lamp and viewer by the light that a
 bake sends there, without its mirror image, and shows each colour at Y = 0.3. It compares what is shown with two others:
 each negative component cut to 0, and the colour of the space with the least difference, found by search. The materials
 map each lamp's colour before the sum. "Three lamps" are the means of three colours from different directions: mapped
@@ -19,12 +19,10 @@ import numpy as np
 
 from precompute.bake.ensemble import bake
 from precompute.bake.request import BakeRequest
-from precompute.bake.table_colours import colours_by_light
+from precompute.bake.self_check import colours_by_light
 from precompute.cli.parser import OneLineParser
-from precompute.colour.difference import delta_e_2000, lab
-from precompute.colour.gamut import shown_rgb
 from precompute.colour.observer import white_xyz
-from precompute.colour.working_space import RGB_SPACES, rgb_from_xyz
+from precompute.colour.spaces import RGB_SPACES, delta_e_2000, lab, rgb_from_xyz, shown_rgb
 from precompute.presets.presets import read_preset
 from precompute.surface.relief import prepare
 from precompute.surface.samples.ruled_gratings import blazed

@@ -16,9 +16,9 @@ from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 
-from precompute.bake.bake_folder import bake_to_folder
+from precompute.bake.make import bake_to_folder
 from precompute.bake.request import BakeRequest
-from precompute.cli.option_types import count
+from precompute.cli.arguments import count
 from precompute.cli.parser import OneLineParser
 from precompute.surface.readers.reader_registry import read_height_map
 
@@ -105,7 +105,7 @@ def measured(addon: SimpleNamespace, repeat: int) -> dict[str, float]:
                 start = time.perf_counter()
                 addon.panel.GratingPanel.draw(SimpleNamespace(layout=Layout()), context)
                 spent["panel's redraw"].append(time.perf_counter() - start)
-            time.sleep(addon.changes.STILL)
+            time.sleep(addon.compat.STILL)
             start = time.perf_counter()
             addon.handlers._follow_when_still()
             addon.facts._find_again()

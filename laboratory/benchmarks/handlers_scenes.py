@@ -26,7 +26,7 @@ def plain(addon: SimpleNamespace, bake: Path) -> None:
     addon.compat.enable_nodes(scene.world)
     grating = scene.natural_gratings.items.add()
     grating.name, grating.source, grating.bake_path = "blazed", "sample:blazed", str(bake)
-    grating.asked = addon.remembered_bakes._settings(grating.bake_request())
+    grating.asked = addon.bakes._settings(grating.bake_request())
     # A timer would compute the scan's preview once; timers do not run here.
     from_sample = addon.previewing_levelling._asked(grating)
     addon.previewing_levelling._shown[from_sample] = addon.previewing_levelling._made(from_sample)
@@ -45,7 +45,7 @@ def _many_world_nodes(addon: SimpleNamespace) -> None:
         tree.links.new(last, node.inputs[0])
         last = node.outputs[0]
     tree.links.new(last, next(n for n in tree.nodes if n.type == "BACKGROUND").inputs["Color"])
-    now = addon.fingerprint.fingerprint(bpy.context.scene.world)
+    now = addon.world_probe.fingerprint(bpy.context.scene.world)
     addon.sky.hold_sources(bpy.context.scene, [_SUN], fingerprint=now, missed=0.0)
 
 

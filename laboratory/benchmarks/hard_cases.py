@@ -13,17 +13,16 @@ from pathlib import Path
 
 import numpy as np
 
-from precompute.bake.ensemble import plan
+from precompute.bake.ensemble import carry_out, plan
 from precompute.bake.make import make
 from precompute.bake.needs import EVERYTHING, Needs
 from precompute.bake.request import BakeRequest
-from precompute.bake.tiles import carry_out
 from precompute.base.failure import GratingError
 from precompute.cli.parser import OneLineParser
 from precompute.colour.observer import spectral_weights, wavelengths
 from precompute.maths import chebyshev
 from precompute.measure.errors import Errors, Truth, measure
-from precompute.reference.ensemble_reference import reference_xyz
+from precompute.reference.reference import reference_xyz
 from precompute.reflectance.matter import MIRRORING
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import Relief, prepare

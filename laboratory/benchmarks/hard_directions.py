@@ -7,10 +7,9 @@ from precompute.bake.needs import Needs
 from precompute.bake.shown_directions import joined, needs_of, under_lamp
 from precompute.colour.observer import WAVELENGTH_MIN_M
 from precompute.measure import truths
-from precompute.measure.errors import Truth
-from precompute.measure.pairs import Pairs
+from precompute.measure.errors import Pairs, Truth
 from precompute.optics.region import Region
-from precompute.reference.ensemble_reference import reference_xyz
+from precompute.reference.reference import reference_xyz
 from precompute.surface.relief import Relief
 
 W_COUNT, PAIRS = 3, 150

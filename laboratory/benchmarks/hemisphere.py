@@ -17,9 +17,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from precompute.colour.gamut import shown_rgb
 from precompute.colour.observer import mirror_xyz
-from precompute.colour.working_space import rgb_from_xyz
+from precompute.colour.spaces import rgb_from_xyz, shown_rgb
 from precompute.optics.mirror_image import mirror_kernel
 from precompute.table.radiance import lamp_radiance, reflected_xyz, zero_order_reflectance
 from precompute.table.table import Table

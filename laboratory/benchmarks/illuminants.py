@@ -20,14 +20,13 @@ import numpy as np
 from precompute.bake.ensemble import bake, plan
 from precompute.bake.request import BakeRequest
 from precompute.bake.self_check import pairs_within, w_within
-from precompute.cli.option_types import count
+from precompute.cli.arguments import count
 from precompute.cli.parser import OneLineParser
 from precompute.colour.channels import scene_matrix
-from precompute.colour.difference import delta_e_2000, lab
 from precompute.colour.illuminants import spectrum
 from precompute.colour.observer import observer, wavelengths, white_xyz
-from precompute.colour.working_space import lamp_rgb, rgb_from_xyz
-from precompute.measure.pairs import Pairs
+from precompute.colour.spaces import delta_e_2000, lab, lamp_rgb, rgb_from_xyz
+from precompute.measure.errors import Pairs
 from precompute.spectra.density import density_at
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import Relief, prepare

@@ -17,14 +17,14 @@ from typing import Any
 
 import numpy as np
 
-from precompute.bake.bake_folder import bake_to_folder
+from precompute.bake.make import bake_to_folder
 from precompute.bake.request import BakeRequest
-from precompute.cli.option_types import count
+from precompute.cli.arguments import count
 from precompute.cli.parser import OneLineParser
 from precompute.colour.illuminants import canonical
 from precompute.surface.readers.reader_registry import read_height_map
-from precompute.table.atlas_file import read_header
-from precompute.table.tiling import BYTES_PER_TEXEL
+from precompute.table.atlas import read_header
+from precompute.table.table import BYTES_PER_TEXEL
 
 from . import report
 from .render_time import Studio, Subject

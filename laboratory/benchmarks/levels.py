@@ -18,13 +18,12 @@ from dataclasses import replace
 import numpy as np
 
 from precompute.bake import self_check
-from precompute.bake.blur_levels import with_levels
-from precompute.bake.ensemble import plan
+from precompute.bake.ensemble import carry_out, plan
+from precompute.bake.levels_and_basis import with_levels
 from precompute.bake.plan import Plan
 from precompute.bake.request import BakeRequest
-from precompute.bake.tiles import carry_out
 from precompute.base.progress import silent
-from precompute.cli.option_types import number
+from precompute.cli.arguments import number
 from precompute.cli.parser import OneLineParser
 from precompute.measure.errors import Truth, measure
 from precompute.measure.truths import draw_pairs
@@ -32,8 +31,7 @@ from precompute.optics.region import Region
 from precompute.surface.relief import prepare
 from precompute.surface.samples.catalogue import SAMPLE_PREFIX, make_sample
 from precompute.table.atlas import layout_of
-from precompute.table.table import Table, level_mix
-from precompute.table.tiling import BYTES_PER_TEXEL, Spacing, cell_for
+from precompute.table.table import BYTES_PER_TEXEL, Spacing, Table, cell_for, level_mix
 
 from . import report
 

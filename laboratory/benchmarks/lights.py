@@ -32,9 +32,9 @@ from pathlib import Path
 
 import numpy as np
 
-from precompute.cli.option_types import count
+from precompute.cli.arguments import count
 from precompute.cli.parser import OneLineParser
-from precompute.table import atlas_file
+from precompute.table import atlas
 
 from . import lights_scenes as scenes
 from . import report
@@ -79,7 +79,7 @@ def furnace(studio: Worlds, arguments: argparse.Namespace) -> list[dict]:
     rows = []
     report.say(f"{'surface':40}{'lights':>7}{'angle':>7}   render / albedo in R, G, B; share of light", arguments.json)
     for name, bake in (*studio.bakes(), *studio.blazes()):
-        table = atlas_file.read(bake)[0]
+        table = atlas.read(bake)[0]
         albedo = {angle: directional_albedo(table, np.radians(angle)) for angle in ANGLES_DEG}
         share = {angle: float(directional_albedo_xyz(table, np.radians(angle))[1]) for angle in ANGLES_DEG}
         for lights in ("REST", "ALL"):

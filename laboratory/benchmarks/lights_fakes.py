@@ -23,11 +23,11 @@ from typing import Any
 import numpy as np
 
 from precompute.methods.gem import ORDERS
-from precompute.optics.fresnel import KERATIN_IOR
+from precompute.optics.brdf import KERATIN_IOR
+from precompute.surface.quality import grating_period
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import prepare
-from precompute.surface.unit_cell import grating_period
-from precompute.table import atlas_file
+from precompute.table import atlas
 from precompute.world_sources.sources import Source
 
 from . import lights_scenes as scenes
@@ -58,7 +58,7 @@ def fakes(studio: Worlds, arguments: argparse.Namespace) -> list[dict]:
         points = scenes.free_points(studio, PIXELS[subject], arguments.points)
         for world in arguments.world or scenes.WORLDS:
             light = scenes.light_by(studio, world)
-            wanted = integrals(Surface.of(atlas_file.read(bake)[0]), points, {world: light})[world].sum(axis=0)
+            wanted = integrals(Surface.of(atlas.read(bake)[0]), points, {world: light})[world].sum(axis=0)
             for fake in FAKES:
                 wear(studio, fake, bake=bake, period_m=period_m)
                 picture = two_halves(studio, PIXELS[subject], arguments.samples)[:, *points.pixels]
@@ -99,7 +99,7 @@ def wear(studio: Worlds, fake: str, *, bake: Path, period_m: float) -> None:
         material = thin_film(studio)
     studio.mesh.material_slots[0].material = material
     studio.addon.fitting_worlds.fit_world(studio.scene)
-    studio.addon.following_lamps.update_lamps(studio.scene)
+    studio.addon.lighting.update_lamps(studio.scene)
 
 
 def three_lobes(studio: Worlds, period_m: float):

@@ -21,8 +21,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from precompute.table import atlas_file
-from precompute.world_sources.panorama import crop_frame, panorama_cells
+from precompute.table import atlas
+from precompute.world_sources.sources import crop_frame, panorama_cells
 from sample_scenes.panoramas import overcast, soft_boxes
 from sample_scenes.room import room
 
@@ -56,7 +56,7 @@ def worlds_against_integrals(studio: Worlds, arguments: argparse.Namespace) -> l
     scenes.build(studio, "sphere")
     points = scenes.free_points(studio, PIXELS["sphere"], arguments.points)
     chosen = arguments.fourteen or list(FOURTEEN)
-    surface, scattering = Surface.of(atlas_file.read(bake)[0]), scattering_bake(studio, bake)
+    surface, scattering = Surface.of(atlas.read(bake)[0]), scattering_bake(studio, bake)
     lights = {world: FOURTEEN[world](studio) for world in chosen}
     wanted = integrals(surface, points, lights)
     rows = []

@@ -11,7 +11,7 @@ from functools import cache
 
 import numpy as np
 
-from precompute.world_sources.panorama import crop_cells
+from precompute.world_sources.sources import crop_cells
 from sample_scenes.panoramas import overcast, soft_boxes
 from sample_scenes.room import room
 
@@ -36,7 +36,7 @@ _RAYS, _COSINE_MIN = 256, 0.1
 class Light:
     """The light of a scene, for an integral.
 
-    panorama    (_ROWS, 2 _ROWS, 3) the world's radiance, laid out as in precompute/world_sources/panorama.py
+    panorama    (_ROWS, 2 _ROWS, 3) the world's radiance, laid out as in precompute/world_sources/sources.py
     directions  (n, 3) unit vectors to points of a sun, which the panorama leaves out, and
     irradiance  (n, 3) of each
     variance    of the disc of each in rad2, along one axis
@@ -130,7 +130,7 @@ def without_lamps(studio: Worlds) -> None:
     import bpy
 
     bpy.data.batch_remove([lamp for lamp in bpy.data.objects if lamp.type == "LIGHT"])
-    studio.addon.following_lamps.update_lamps(studio.scene)
+    studio.addon.lighting.update_lamps(studio.scene)
 
 
 def _area_lamp(studio: Worlds) -> Light:
@@ -145,7 +145,7 @@ def _area_lamp(studio: Worlds) -> Light:
     lamp.rotation_euler = Vector(_TO_LAMP).to_track_quat("Z", "Y").to_euler()
     studio.scene.collection.objects.link(lamp)
     bpy.context.view_layer.update()
-    studio.addon.following_lamps.update_lamps(studio.scene)
+    studio.addon.lighting.update_lamps(studio.scene)
     return Light(
         np.zeros((_ROWS, 2 * _ROWS, 3)), square=(np.array(lamp.location), np.array(lamp.matrix_world.to_3x3()).T)
     )

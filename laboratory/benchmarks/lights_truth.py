@@ -15,8 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
-from precompute.colour.working_space import rgb_from_xyz
-from precompute.table import atlas, atlas_file
+from precompute.colour.spaces import rgb_from_xyz
+from precompute.table import atlas
 from precompute.table.sample_set import path_beside
 
 from . import lights_scenes as scenes
@@ -46,7 +46,7 @@ def truth(studio: Worlds, arguments: argparse.Namespace) -> list[dict]:
         scenes.build(studio, subject)
         points = scenes.free_points(studio, PIXELS[subject], arguments.points)
         lights = {world: scenes.light_by(studio, world) for world in worlds}
-        wanted = {name: integrals(Surface.of(atlas_file.read(bake)[0]), points, lights) for name, bake in bakes}
+        wanted = {name: integrals(Surface.of(atlas.read(bake)[0]), points, lights) for name, bake in bakes}
         for world in worlds:
             scenes.light_by(studio, world)
             for name, bake in bakes:
@@ -126,8 +126,8 @@ def scattering_bake(studio: Worlds, bake: Path) -> Path:
     """The bake without its zero order."""
     scattering = studio.folder / f"{bake.stem}-scattered.exr"
     if not scattering.is_file():
-        image, layout = atlas.pack(without_mirror(atlas_file.read(bake)[0]))
-        atlas_file.write_together({scattering: (image, layout)}, {"precision": str(image.dtype)})
+        image, layout = atlas.pack(without_mirror(atlas.read(bake)[0]))
+        atlas.write_together({scattering: (image, layout)}, {"precision": str(image.dtype)})
         shutil.copyfile(path_beside(bake), path_beside(scattering))
     return scattering
 

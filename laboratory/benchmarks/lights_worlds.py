@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from precompute.bake.bake_folder import bake_to_folder
+from precompute.bake.make import bake_to_folder
 from precompute.bake.request import BakeRequest
-from precompute.optics.fresnel import KERATIN_IOR
-from precompute.reflectance.matter_text import parse
+from precompute.optics.brdf import KERATIN_IOR
+from precompute.reflectance.matter import parse
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.samples.catalogue import make_sample
-from precompute.world_sources.panorama import crop_frame, panorama_cells
+from precompute.world_sources.sources import crop_frame, panorama_cells
 from sample_scenes.panoramas import overcast
 
 from .osl import colour_differences
@@ -101,7 +101,7 @@ class Worlds(Studio):
         self.paint(radiance)
 
     def paint(self, radiance: np.ndarray) -> None:
-        """Set a world of this radiance (rows, cols, 3), laid out as in precompute/world_sources/panorama.py."""
+        """Set a world of this radiance (rows, cols, 3), laid out as in precompute/world_sources/sources.py."""
         from sample_scenes.relight import paint
 
         paint(self.scene, radiance)
@@ -117,7 +117,7 @@ class Worlds(Studio):
 
     def look(self, direction: np.ndarray, half_angles: tuple[float, float], shape: tuple[int, int]) -> np.ndarray:
         """A picture (rows, cols, 3) of the world around a direction (3,), up to half angles of latitude and longitude,
-        laid out as in precompute/world_sources/panorama.py."""
+        laid out as in precompute/world_sources/sources.py."""
         import bpy
         import mathutils
 

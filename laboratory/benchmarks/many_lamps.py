@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from precompute.cli.option_types import count
+from precompute.cli.arguments import count
 from precompute.cli.parser import OneLineParser
 
 from . import report

@@ -10,11 +10,11 @@ for a dE00 of 5 and a coherence length of 4 um. The time is processor seconds of
 import time
 
 from precompute.bake.make import make
+from precompute.bake.plan import BYTES_PER_TEXEL
 from precompute.bake.request import BakeRequest
-from precompute.bake.resolution import BYTES_PER_TEXEL
 from precompute.base.failure import GratingError
 from precompute.cli.parser import OneLineParser
-from precompute.reflectance.matter_text import parse
+from precompute.reflectance.matter import parse
 from precompute.surface.relief import Relief, prepare
 from precompute.surface.samples.catalogue import make_sample
 

@@ -3,8 +3,8 @@
 
     ./dev bench memory [--json FILE|-]
 
-A separate child process measures each row. These measurements give the constants of precompute/bake/expected.py, and
-the bytes per pixel in surface/readers/image.py, surface/relief.py, spectra/spectrum.py and methods/term_images.py.
+A separate child process measures each row. These measurements give the constants of precompute/bake/plan.py, and
+the bytes per pixel in surface/readers/pictures.py, surface/relief.py, spectra/spectrum.py and methods/term_images.py.
 """
 
 import argparse
@@ -19,17 +19,16 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from precompute.bake import ensemble, expected
-from precompute.bake.bake_folder import peak_bytes
-from precompute.bake.make import make
+from precompute.bake import ensemble, plan
+from precompute.bake.make import make, peak_bytes
 from precompute.bake.request import BakeRequest
-from precompute.base import memory
+from precompute.base import machine
 from precompute.cli.parser import OneLineParser
 from precompute.methods import method_registry
 from precompute.methods.method import Settings
-from precompute.reference.ensemble_reference import reference_grid
+from precompute.reference.reference import reference_grid
 from precompute.spectra.spectrum import scattered_spectrum
-from precompute.surface.description import describe
+from precompute.surface.quality import describe
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import Relief, prepare
 
@@ -76,8 +75,8 @@ def measure(what: str, file: Path, width_um: float, height_nm: float) -> dict[st
     seconds_told = [0.0]
 
     def tell(work, wavelengths, *, scans, progress) -> None:
-        told.append(expected.expected_bytes(work))
-        seconds_told.append(expected.expected_seconds(work, wavelengths))
+        told.append(plan.expected_bytes(work))
+        seconds_told.append(plan.expected_seconds(work, wavelengths))
 
     ensemble.tell = tell
     before = peak_bytes()
@@ -138,8 +137,8 @@ def main(argv: list[str]) -> None:
             row = {"what": what, "side": side, "width_um": width_um, "height_nm": height_nm, **json.loads(done.stdout)}
             rows.append(row)
             report.say(
-                f"{what:<10} {side:>7} {width_um:>5} {height_nm:>5}  {memory.in_words(row['expected_bytes']):>9} "
-                f"{memory.in_words(row['bytes']):>9}  {row['expected_seconds']:>6.0f} s {row['seconds']:>4.0f} s",
+                f"{what:<10} {side:>7} {width_um:>5} {height_nm:>5}  {machine.in_words(row['expected_bytes']):>9} "
+                f"{machine.in_words(row['bytes']):>9}  {row['expected_seconds']:>6.0f} s {row['seconds']:>4.0f} s",
                 arguments.json,
             )
     report.write({"rows": rows}, arguments.json)

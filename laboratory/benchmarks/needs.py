@@ -20,18 +20,17 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from precompute.bake.bake_folder import bake_to_folder
-from precompute.bake.blur_levels import with_levels
+from precompute.bake.levels_and_basis import with_levels
+from precompute.bake.make import bake_to_folder
 from precompute.bake.request import BakeRequest
-from precompute.cli.option_types import count
+from precompute.cli.arguments import count
 from precompute.cli.parser import OneLineParser
 from precompute.colour.observer import white_xyz
 from precompute.measure.errors import worst_exposure
 from precompute.surface.readers.reader_registry import read_height_map
-from precompute.table import atlas_file
+from precompute.table import atlas
 from precompute.table.radiance import reflected_xyz
-from precompute.table.table import Table
-from precompute.table.tiling import Spacing, cell_for
+from precompute.table.table import Spacing, Table, cell_for
 
 from . import report
 from .osl import colour_differences, start_blender
@@ -123,8 +122,8 @@ class Scene:
 
     def table(self) -> tuple[Table, dict]:
         """The grating's current table, and its mebibytes in Blender, terms and look-ups."""
-        table, _ = atlas_file.read(self.grating.baked_file())
-        layout, _ = atlas_file.read_header(self.grating.baked_file())
+        table, _ = atlas.read(self.grating.baked_file())
+        layout, _ = atlas.read_header(self.grating.baked_file())
         held = {"MiB": layout.width * layout.height * 16 / 2**20, "terms": layout.terms}
         return table, held | {"look_ups": layout.terms * min(layout.levels, 2)}
 
@@ -161,7 +160,7 @@ class Scene:
         surface = read_height_map(f"sample:{SCENES[self.name][0]}")
         request = BakeRequest(delta_e=_EXACT, coherence_length_m=self.table()[0].coherence_length_m)
         facts = bake_to_folder([surface], request, folder, progress=lambda *_: None)
-        table = replace(atlas_file.read(Path(facts["files"][0]))[0], wider=())
+        table = replace(atlas.read(Path(facts["files"][0]))[0], wider=())
         cell = cell_for(len(table.terms), table.inner, table.sigma_b, spacings=(Spacing(_EXACT_RATIO, 0.0),))
         return with_levels(table, cell)
 
@@ -196,12 +195,12 @@ def measure(of: Scene, arguments: argparse.Namespace) -> list[dict]:
         row = {
             "scene": of.name, "lights": lights, "before": before, "after": after, "measured_s": seconds,
             "needs": measured.as_dict(), **errors(exact, (whole, part), of.pairs()),
-            "pixels": pixels(first, second), "still": of.addon.noticing_outside.notice_outside(of.scene),
+            "pixels": pixels(first, second), "still": of.addon.finding_bakes.notice_outside(of.scene),
         }  # fmt: skip
         for way, upwards in (("aside", False), ("up", True)):
             of.move(upwards=upwards)
             start = time.perf_counter()
-            row[way] = of.addon.noticing_outside.notice_outside(of.scene)
+            row[way] = of.addon.finding_bakes.notice_outside(of.scene)
             row["noticed_s"] = time.perf_counter() - start
             of.scene.camera.matrix_world = camera
         facts.append(row)

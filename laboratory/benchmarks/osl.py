@@ -25,21 +25,18 @@ from devtools.extension import AddonModules, link_extension
 from precompute.bake.make import Made, make
 from precompute.bake.needs import Needs
 from precompute.bake.request import BakeRequest
-from precompute.cli.option_types import count
+from precompute.cli.arguments import count
 from precompute.cli.parser import OneLineParser
-from precompute.colour.difference import delta_e_2000, lab
-from precompute.colour.gamut import shown_rgb
 from precompute.colour.observer import white_xyz
-from precompute.colour.working_space import rgb_from_xyz
+from precompute.colour.spaces import delta_e_2000, lab, rgb_from_xyz, shown_rgb
 from precompute.measure.errors import COUNTED_Y
 from precompute.methods import dft_images
 from precompute.methods.method_registry import METHODS
-from precompute.optics.brdf import scattering_factor
-from precompute.optics.fresnel import KERATIN_IOR
+from precompute.optics.brdf import KERATIN_IOR, scattering_factor
 from precompute.optics.region import Region
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import Relief, prepare
-from precompute.table.atlas_file import read_header, write_together
+from precompute.table.atlas import read_header, write_together
 
 from . import report
 

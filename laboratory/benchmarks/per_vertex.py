@@ -13,9 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from precompute.cli.option_types import count
+from precompute.cli.arguments import count
 from precompute.cli.parser import OneLineParser
-from precompute.table import atlas_file
+from precompute.table import atlas
 from precompute.table.radiance import lamp_radiance
 
 from . import report
@@ -37,7 +37,7 @@ def main(argv: list[str] | None = None) -> int:
     with tempfile.TemporaryDirectory() as folder:
         studio = Studio.started(Path(folder), arguments.pixels)
         look(studio)
-        table, _ = atlas_file.read(studio.bake)
+        table, _ = atlas.read(studio.bake)
         report.say(f"{'vertices':>9}{'median':>9}{'p95':>9}", arguments.json)
         for rings, segments in MESHES:
             pixel, vertex = both(studio, table, rings, segments)

@@ -21,7 +21,7 @@ from PIL import Image
 from precompute.bake.ensemble import bake
 from precompute.bake.request import BakeRequest
 from precompute.cli.parser import OneLineParser
-from precompute.colour.working_space import srgb_encode
+from precompute.colour.spaces import srgb_encode
 from precompute.surface.relief import prepare
 from precompute.table.table import Table
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from precompute.colour.working_space import rgb_from_xyz, srgb_encode
+from precompute.colour.spaces import rgb_from_xyz, srgb_encode
 
 # Angles on the colour circle, in degrees. At 60, 120 and 180 two channels are equal, so a tone curve that is common to
 # the channels moves none of them. At 30 and 210 it does.

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from precompute.colour.gamut import shown_rgb
-from precompute.colour.working_space import rgb_from_xyz
+from precompute.colour.spaces import rgb_from_xyz, shown_rgb
 from precompute.table.radiance import reflected_xyz
 from precompute.table.table import Table
 

@@ -25,17 +25,17 @@ from pathlib import Path
 
 import numpy as np
 
-from precompute.bake.bake_folder import bake_to_folder
+from precompute.bake.make import bake_to_folder
 from precompute.bake.needs import EVERYTHING, Needs
 from precompute.bake.request import BakeRequest
-from precompute.cli.option_types import count, number
+from precompute.cli.arguments import count, number
 from precompute.cli.parser import OneLineParser
-from precompute.colour.working_space import rgb_from_xyz
+from precompute.colour.spaces import rgb_from_xyz
 from precompute.methods import dft_images
+from precompute.surface.quality import grating_period
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import prepare
-from precompute.surface.unit_cell import grating_period
-from precompute.table import atlas_file
+from precompute.table import atlas
 
 from . import report
 from .lights_fakes import lobes, rainbow_response
@@ -115,7 +115,7 @@ class Stage:
         self.bakes: dict[tuple, Path] = {}
         # A smaller error limits a table to a shorter coherence: all bakes use that of the smallest error.
         self.coherence_length_m: float | None = None
-        self.coherence_length_m = atlas_file.read(self.bake(_EXACT))[0].coherence_length_m
+        self.coherence_length_m = atlas.read(self.bake(_EXACT))[0].coherence_length_m
 
     def methods(self) -> list[Method]:
         """Every method, the cheapest first."""
@@ -217,19 +217,19 @@ class Stage:
     def wear_bake(self, budget: float, needs: Needs, footprint: bool) -> None:
         """Use Direct as nodes."""
         response = self.addon.direct_response.direct_response(self.bake(budget, needs))
-        self.addon.replace.replace_response(self.group, response)
+        self.addon.lost_parts.replace_response(self.group, response)
         self.count_footprint(footprint)
 
     def count_footprint(self, counts: bool) -> None:
         """Switch the pixel footprint on or off in the grating's settings, which the material follows."""
         self.of.grating.footprint = counts
-        self.addon.following_settings.follow_settings()
+        self.addon.making_materials.follow_settings()
 
     def wear_shader(self, budget: float) -> None:
         """Use Direct as an OSL shader, which evaluates the formula exactly."""
         made = direct_shader_response(self.addon, self.bake(budget))
         self.count_footprint(False)
-        self.addon.replace.replace_response(self.group, made)
+        self.addon.lost_parts.replace_response(self.group, made)
 
     def wear_thesis(self, name: str) -> None:
         """Use a thesis method as an OSL shader: 81 wavelengths, and texels that lose a thousandth of the light."""
@@ -239,12 +239,12 @@ class Stage:
         path = self.folder / f"{self.of.name}_{name}.exr"
         made = thesis_response(self.addon, name, relief, settings, path=path)
         self.count_footprint(False)
-        self.addon.replace.replace_response(self.group, made)
+        self.addon.lost_parts.replace_response(self.group, made)
 
     def wear_rainbow(self) -> None:
         """Use GPU Gems' rainbow in place of the table's response."""
         self.count_footprint(False)
-        self.addon.replace.replace_response(self.group, rainbow_response(self.addon, self.period_m()))
+        self.addon.lost_parts.replace_response(self.group, rainbow_response(self.addon, self.period_m()))
 
     def wear_lobes(self) -> None:
         """Use three glossy closures over the base in place of the diffraction."""

@@ -19,7 +19,7 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from precompute.cli.option_types import count
+from precompute.cli.arguments import count
 from precompute.cli.parser import OneLineParser
 
 from . import report

@@ -12,9 +12,8 @@ from itertools import product
 
 import numpy as np
 
-from precompute.reflectance.matter import Index
-from precompute.reflectance.matter_text import parse
-from precompute.reflectance.metals import metal_index
+from precompute.reflectance.films import metal_index
+from precompute.reflectance.matter import Index, parse
 
 from ..study.efficiency import PROFILES, profile
 from . import rcwa, rcwa_layers

@@ -25,14 +25,14 @@ from typing import Self
 
 import numpy as np
 
-from precompute.bake.bake_folder import bake_to_folder
+from precompute.bake.make import bake_to_folder
 from precompute.bake.request import BakeRequest
-from precompute.cli.option_types import count
+from precompute.cli.arguments import count
 from precompute.cli.parser import OneLineParser
 from precompute.methods import dft_images
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import prepare
-from precompute.table.atlas_file import read_header
+from precompute.table.atlas import read_header
 
 from . import report
 from .osl import direct_shader_response, start_blender, thesis_response

@@ -18,8 +18,8 @@ import numpy as np
 from precompute.bake.ensemble import bake
 from precompute.bake.request import BakeRequest
 from precompute.cli.parser import OneLineParser
-from precompute.colour.difference import delta_e_2000, lab
 from precompute.colour.observer import white_xyz
+from precompute.colour.spaces import delta_e_2000, lab
 from precompute.surface.relief import prepare
 from precompute.surface.samples.catalogue import make_sample
 from precompute.table.radiance import Skin, reflected_xyz

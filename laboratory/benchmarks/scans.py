@@ -16,15 +16,14 @@ from PIL import Image
 
 from precompute.bake.make import Made, make
 from precompute.bake.request import DELTA_E, BakeRequest
-from precompute.cli.option_types import number
+from precompute.cli.arguments import number
 from precompute.cli.parser import OneLineParser
 from precompute.maps import brdf_map
-from precompute.measure.errors import Errors, Truth, measure
-from precompute.measure.pairs import draw_w
+from precompute.measure.errors import Errors, Truth, draw_w, measure
 from precompute.measure.truths import draw_pairs, exact_spectrum
-from precompute.reference.ensemble_reference import reference_grid
-from precompute.surface.description import describe
+from precompute.reference.reference import reference_grid
 from precompute.surface.height_map import HeightMap
+from precompute.surface.quality import describe
 from precompute.surface.relief import Relief, relief_of
 from precompute.surface.steps.pipeline import Levelled, level, parse_steps
 

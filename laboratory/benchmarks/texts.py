@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from precompute.base.files import write_whole
-from precompute.cli.option_types import path_argument
+from precompute.cli.arguments import path_argument
 from precompute.cli.parser import OneLineParser
 from precompute.presets.presets import preset_names, read_preset
 

@@ -24,7 +24,7 @@ from PIL import Image
 from devtools.blender import SHIM
 from devtools.extension import link_extension
 from devtools.steps import clean_environment
-from precompute.cli.option_types import count, path_argument
+from precompute.cli.arguments import count, path_argument
 from precompute.cli.parser import OneLineParser
 from precompute.render_job.plan import SCENES, Picture, plan_of, write_record
 

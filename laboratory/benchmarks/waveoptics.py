@@ -24,12 +24,11 @@ from precompute.bake.make import make
 from precompute.bake.request import BakeRequest
 from precompute.base.failure import GratingError
 from precompute.cli.parser import OneLineParser
-from precompute.colour.working_space import srgb_encode
+from precompute.colour.spaces import srgb_encode
 from precompute.maps.brdf_map import light_from, view_hemisphere
 from precompute.optics.brdf import obliquity_times_cosine_and_w2
-from precompute.reference.patch_reference import PatchReference
-from precompute.spectra.patch_window import PatchWindow, window_at
-from precompute.spectra.spectrum import phasor
+from precompute.reference.reference import PatchReference
+from precompute.spectra.spectrum import PatchWindow, phasor, window_at
 from precompute.table.table import Table
 
 from ..speed.surfaces import SHARED, skin

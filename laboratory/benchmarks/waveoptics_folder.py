@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from precompute.base.failure import GratingError
-from precompute.base.packages import bundled
+from precompute.base.machine import bundled
 from precompute.maps.brdf_map import light_from
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import Relief, relief_of

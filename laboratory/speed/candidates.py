@@ -10,8 +10,7 @@ import numpy as np
 
 from precompute.colour.observer import spectral_weights, wavelengths
 from precompute.measure.errors import Errors, Truth, measure
-from precompute.methods.entry import MethodEntry
-from precompute.methods.method import Method, Settings
+from precompute.methods.method import Method, MethodEntry, Settings
 from precompute.methods.method_registry import ENTRIES
 
 from ..study import evaluation

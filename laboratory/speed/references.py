@@ -6,13 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from precompute.colour.observer import WAVELENGTH_MIN_M, spectral_weights, wavelengths
-from precompute.measure.errors import Truth
-from precompute.measure.pairs import Pairs, draw_w
+from precompute.measure.errors import Pairs, Truth, draw_w
 from precompute.measure.truths import binned, draw_pairs, exact_spectrum
 from precompute.methods import exact
 from precompute.methods.method import Settings
 from precompute.optics import coherence
-from precompute.reference.ensemble_reference import blurred, reference_grid
+from precompute.reference.reference import blurred, reference_grid
 from precompute.spectra.series import SpectrumSeries, spectrum_series
 from precompute.surface.relief import Relief
 

@@ -23,11 +23,11 @@ from precompute.methods.baked import Baked
 from precompute.methods.flss import THESIS_TERMS
 from precompute.methods.method import Settings
 from precompute.methods.method_registry import METHODS
-from precompute.spectra.resample import KERNEL_REACH, Resampler
+from precompute.spectra.series import KERNEL_REACH, Resampler
 from precompute.spectra.spectrum import frequency_grid, scattered_spectrum
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import Relief, prepare
-from precompute.table import atlas_file
+from precompute.table import atlas
 
 from .candidates import seconds_for
 from .references import ensemble_truths, exact_series, patch_truths
@@ -106,7 +106,7 @@ def scan_result(scan: HeightMap, effort: Effort, progress: Progress) -> tuple[Sc
         for k in range(effort.scan_bakes):
             runs.append(bake_in_child(named, Path(folder)))
             progress("bake of the scan", (k + 1) / (effort.scan_bakes + 1))
-        table, _ = atlas_file.read(Path(runs[0]["files"][0]))
+        table, _ = atlas.read(Path(runs[0]["files"][0]))
     transform = min(transform, transform_seconds(relief.height_m.shape))
     best = min(runs, key=lambda facts: facts["seconds"])
     naive, transforms = naive_seconds(relief, plan(relief), effort.naive_transforms)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from precompute.base.packages import bundled
+from precompute.base.machine import bundled
 from precompute.surface.height_map import HeightMap
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import Relief, prepare

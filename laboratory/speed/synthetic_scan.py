@@ -13,8 +13,7 @@ from dataclasses import asdict
 
 import numpy as np
 
-from precompute.bake.bake_folder import peak_bytes
-from precompute.bake.make import make
+from precompute.bake.make import make, peak_bytes
 from precompute.bake.request import BakeRequest
 from precompute.surface.relief import Relief
 

@@ -7,11 +7,10 @@ from functools import partial
 
 import numpy as np
 
-from precompute.bake.blur_levels import with_levels
-from precompute.bake.ensemble import plan
+from precompute.bake.ensemble import carry_out, plan
+from precompute.bake.levels_and_basis import with_levels
 from precompute.bake.make import make
 from precompute.bake.request import BakeRequest
-from precompute.bake.tiles import carry_out
 from precompute.methods.baked import Baked, stored
 from precompute.methods.flss import THESIS_TERMS
 from precompute.methods.method import Method, Settings

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from precompute.colour.observer import spectral_weights, wavelengths
-from precompute.colour.working_space import rgb_from_xyz, srgb_encode
+from precompute.colour.spaces import rgb_from_xyz, srgb_encode
 from precompute.methods.pq import copies_sum
 
 from . import plots

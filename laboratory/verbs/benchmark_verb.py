@@ -6,8 +6,7 @@ from pathlib import Path
 
 from precompute.base.failure import GratingError
 from precompute.base.files import write_whole
-from precompute.cli.arguments import add_json
-from precompute.cli.option_types import path_argument
+from precompute.cli.arguments import add_json, path_argument
 from precompute.cli.printing import Progress, emit
 
 from ..speed import page

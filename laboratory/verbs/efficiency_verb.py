@@ -5,11 +5,9 @@ import argparse
 
 import numpy as np
 
-from precompute.cli.arguments import add_json
-from precompute.cli.option_types import count, number
+from precompute.cli.arguments import add_json, count, number
 from precompute.cli.printing import emit
-from precompute.optics.fresnel import KERATIN_IOR
-from precompute.optics.small_slope import IOR_MAX
+from precompute.optics.brdf import IOR_MAX, KERATIN_IOR
 
 from ..study import efficiency
 

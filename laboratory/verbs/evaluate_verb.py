@@ -8,15 +8,24 @@ import numpy as np
 
 from precompute.base.failure import GratingError
 from precompute.base.files import write_whole
-from precompute.cli.arguments import PERIOD_NM, add_input, coherence_argument, height_map_of, naming, period_of
-from precompute.cli.option_types import count, number, path_argument
+from precompute.cli.arguments import (
+    PERIOD_NM,
+    add_input,
+    coherence_argument,
+    count,
+    height_map_of,
+    naming,
+    number,
+    path_argument,
+    period_of,
+)
 from precompute.cli.printing import Progress, emit
 from precompute.methods import baked
 from precompute.methods.method import Settings
 from precompute.methods.method_registry import ENTRIES
 from precompute.optics.coherence import THESIS_COHERENCE_M
+from precompute.surface.quality import grating_period
 from precompute.surface.relief import prepare
-from precompute.surface.unit_cell import grating_period
 
 from ..study import evaluation, evaluation_plot, plots
 from ..study.colour_comparison import ColourComparison, compare_bake

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from ..base.failure import GratingError
-from ..base.strict_json import read_json
+from ..base.strict import read_json
 from ..optics.plate import NO_PLATE, w_inside_plate
 from ..optics.region import Region
 

@@ -12,10 +12,9 @@ from typing import Any
 
 from ..base.failure import GratingError
 from ..base.files import can_be_a_path
-from ..base.strict_json import number_in
+from ..base.strict import number_in
 from ..colour.illuminants import canonical as canonical_illuminant
-from ..reflectance.matter import DIELECTRIC, Matter
-from ..reflectance.matter_text import parse
+from ..reflectance.matter import DIELECTRIC, Matter, parse
 from ..surface.generated.parameters import canonical
 from ..surface.height_map import HeightMap, is_synthetic
 from ..surface.readers.reader_registry import read_height_map
@@ -23,7 +22,7 @@ from ..surface.steps.pipeline import DEFAULT, steps_of
 from ..surface.steps.step import Step
 from .needs import EVERYTHING, Needs, needs_of
 
-# The names of the models of coherence (coherence_models.py).
+# The names of the models of coherence (make.py).
 MODELS = ("ensemble", "patch")
 # The limits of a request's numbers. CIEDE2000 of black and white is 100. An error of 1e-3 needs spectra to 2e-7 of
 # their light, the limit of single precision. No coherence length is much shorter than the light's wavelength, and no

@@ -12,8 +12,7 @@ import numpy as np
 
 from ..colour.observer import WAVELENGTH_MIN_M
 from ..maths import chebyshev
-from ..spectra.fast import ROUNDING
-from ..spectra.series import SpectrumSeries
+from ..spectra.series import ROUNDING, SpectrumSeries
 from ..table.sample_set import COEFFICIENTS, SIZE, SampleSet, piece_and_powers
 
 # Share of the light that the pieces may misplace at any s.

@@ -13,8 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..optics.brdf import dot, half_angle_cosine
-from ..optics.fresnel import fresnel_reflectance
+from ..optics.brdf import dot, fresnel_reflectance, half_angle_cosine
 from ..optics.region import FARTHEST, Region
 from ..table.radiance import AS_BAKED, Skin
 from .needs import WIDTH_MIN, Needs

@@ -34,10 +34,8 @@ from ..maths import bspline, chebyshev
 from ..optics.brdf import half_angle_cosine, scattering_factor
 from ..optics.plate import face_reflectance
 from ..reflectance.matter import Matter
-from ..spectra.resample import Resampler
-from ..spectra.series import SpectrumSeries
-from ..table.direction_disc import texel_directions
-from ..table.plate_gains import GAIN_TEXELS, PlateGains
+from ..spectra.series import Resampler, SpectrumSeries
+from ..table.plate_gains import GAIN_TEXELS, PlateGains, texel_directions
 
 # The number of wavelengths from 380 to 780 nm.
 _WAVELENGTHS = 17

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reader of this project's OpenEXR files, which may come from untrusted sources.
 
-It reads only the layout that table/atlas_file.py writes: scan lines from the top, in blocks of 16 compressed by ZIP,
+It reads only the layout that table/atlas.py writes: scan lines from the top, in blocks of 16 compressed by ZIP,
 and one float type for all channels. It checks the header before it reads pixels, and limits memory and time to those
 of a picture of TEXELS_MAX. The OpenEXR library guarantees neither, and prints errors to the terminal. (Format: "OpenEXR
 File Layout", openexr.com.)"""
@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from .failure import GratingError
-from .strict_json import LARGEST_BYTES
+from .strict import LARGEST_BYTES
 
 # Blender stores a texel in 16 bytes. A picture above 1 GiB leaves an artist's scene too little graphics memory.
 TEXELS_MAX = 1 << 26

@@ -4,11 +4,14 @@
 The table is read by table_file.py and compared with the sums of direct_sums.py. The check shares no code with baking,
 packing or reading a bake. It shares the error metrics and the direction pairs (precompute/measure), the observer's
 tables, the mapping of colours into a renderer's space, and the levelled relief that counts as the surface.
-"""
+
+Measures a bake's colours under lamps of other spectra, whose errors its header states.
+
+Compares a bake's zero order with direct sums."""
 
 import hashlib
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -17,10 +20,10 @@ import numpy as np
 
 from ..base.failure import GratingError, Setting
 from ..base.progress import Progress, part_of, silent
-from ..colour.illuminants import JOINT, first_of, has_bands, line_of
+from ..colour.channels import channel_weights, lamp_matrix
+from ..colour.illuminants import FIRST, JOINT, first_of, has_bands, is_illuminant, line_of
 from ..colour.observer import WAVELENGTH_MIN_M
-from ..measure.errors import RELATIVE_DY, Errors, Truth, measure
-from ..measure.pairs import draw_w
+from ..measure.errors import RELATIVE_DY, Errors, Truth, draw_w, measure
 from ..measure.shown_colours import Shown, shown_against
 from ..optics.plate import least_cosine
 from ..surface.height_map import HeightMap
@@ -28,11 +31,117 @@ from ..surface.relief import Relief, prepare
 from ..surface.steps.pipeline import DEFAULT, steps_of
 from ..surface.steps.step import Step
 from . import direct_sums
-from .direct_sums import Held, draw_pairs, scattered_xyz
-from .lamps import Lamp, claims, fault_of, of_lamps
+from .direct_sums import (
+    Held,
+    Wide,
+    claimed,
+    draw_pairs,
+    levels_of,
+    measured_under,
+    pairs_under,
+    scattered_xyz,
+    sigma_at,
+)
 from .table_file import Table, read_table
-from .wider_kernels import Wide, claimed, levels_of, measured_under, pairs_under, sigma_at
-from .zero_order import zero_order_budget, zero_order_off
+
+# The greatest number of lamps in a header; a bake states eight.
+_MOST = 32
+
+
+@dataclass(frozen=True)
+class Lamp:
+    """The errors of a bake's colours under a lamp, and the dE00 that their 95th percentile keeps by the bake's header:
+    at other directions, and however the values of w are distributed."""
+
+    errors: Errors
+    claimed: float
+
+    @property
+    def keeps_claim(self) -> bool:
+        """Whether the measured percentile keeps the claim, up to its sampling error."""
+        return self.errors.p95 <= self.claimed + self.errors.p95_allowance
+
+    def as_dict(self) -> dict[str, Any]:
+        """Convert to JSON; null stands for an infinite error."""
+        told = self.errors.as_dict()
+        figures = {name: told[name] for name in ("mean", "p95", "pairs")}
+        return {**figures, "p95_allowance": self.errors.p95_allowance, "p95_claimed": self.claimed}
+
+
+def fault_of(lamps: Mapping[str, Lamp]) -> str:
+    """A sentence on the lamp that exceeds its claim most; "" if none does."""
+    wrong = {lamp: its for lamp, its in lamps.items() if not its.keeps_claim}
+    if not wrong:
+        return ""
+    lamp, its = max(wrong.items(), key=lambda each: each[1].errors.p95 - each[1].claimed)
+    return f"dE00 p95 {its.errors.p95:.2f} under {lamp:.40}, claimed {its.claimed:.2f}"
+
+
+def claims(table: Table, bake: Path) -> dict[str, float]:
+    """The dE00 that the 95th percentile keeps under each lamp by a bake's header.
+
+    Raises GratingError for a header that no bake has."""
+    delta_e = table.record.get("delta_e")
+    told = delta_e.get("lamps_claim", {}) if isinstance(delta_e, dict) else {}
+    if not (
+        isinstance(told, dict)
+        and len(told) <= _MOST
+        and (first_of(table.illuminant) == FIRST or not told)
+        and all(JOINT not in lamp and is_illuminant(lamp) for lamp in told)
+        and all(type(claim) in (int, float) and claim >= 0 for claim in told.values())
+    ):
+        raise GratingError(bake, "its header's lamps_claim cannot be", "bake it again")
+    return {lamp: float(claim) for lamp, claim in told.items()}
+
+
+def of_lamps(table: Table, truths: Mapping[str, Sequence[Truth]], claimed: Mapping[str, float]) -> dict[str, Lamp]:
+    """The errors of a table's colours under each lamp, by the lamps' truths on the same pairs.
+
+    Daylight is white, so that a lamp's own colour counts. The exposure is the one with the largest 95th percentile."""
+    pairs = next(iter(truths.values()), ())
+    held = [(table.channels_over_w2(t.pairs.u, t.pairs.v, t.w), table.zero_order_channels(t.w)) for t in pairs]
+
+    def errors(lamp: str) -> Errors:
+        matrix, own = lamp_matrix(table.illuminant, lamp).T, list(truths[lamp])
+        under = {t.w: (light @ matrix, mirrored @ matrix) for t, (light, mirrored) in zip(own, held, strict=True)}
+        return measure(own, lambda u, v, w: under[w], ratio_ior=table.ratio_ior, worst_by="p95")
+
+    return {lamp: Lamp(errors(lamp), claimed[lamp]) for lamp in truths}
+
+
+# Number of values of w at which the zero order is checked.
+_AT = 17
+# The relative rounding error of a half float.
+_HALF_STEP = 2.0**-11
+# Share of the light that the bake's expansion of the phasor may miss for a dE00 of 1. The zero order, which has all of
+# its light in one place, may miss the same share.
+_EXPANSION = 2e-4
+
+
+def zero_order_off(table: Table, reliefs: Sequence[Relief]) -> float:
+    """The largest |dY| of the zero order at some values of w, and the largest error of its channels beyond XYZ.
+
+    A channel's error counts over the integral of its curve's absolute value, which is 1 for Y. So zero_order_budget
+    holds for every channel."""
+    w = np.linspace(0, 2, _AT) + 1 / len(table.zero_order)
+    w = w[(w >= table.w_range[0]) & (w <= table.w_range[1])]
+    exact = direct_sums.zero_order_xyz(reliefs, w, table.illuminant, matter=table.matter)
+    weights = channel_weights(direct_sums.at_each_nanometre(table.illuminant), table.illuminant)
+    off = np.abs(table.zero_order_channels(w) - exact) / np.abs(weights).sum(axis=0)
+    return float(off[:, [1, *range(3, off.shape[1])]].max(initial=0.0))
+
+
+def zero_order_budget(reliefs: Sequence[Relief], samples: int, asked: float) -> float:
+    """The largest |dY| of the zero order that passes: the sum of three errors, times `asked` if above 1.
+
+    The first error is the rounding of a half float. The second is the smoothing of Z(w) by B-splines over samples h
+    apart: at most |Z''| h^2 / 6 <= (2 pi sigma / lambda)^2 h^2 / 3 for heights of variance sigma^2, where Z'' is the
+    second derivative of Z. The third is the expansion's tolerance."""
+    step = 2 / (samples - 1)
+    variance = max(np.average(relief.height_m**2, weights=relief.apodisation**2) for relief in reliefs)
+    bend = (2 * np.pi / WAVELENGTH_MIN_M) ** 2 * variance * step**2 / 3
+    return max(1.0, asked) * float(_HALF_STEP + bend + _EXPANSION)
+
 
 # Borders of the rings around the zero order, as distances sqrt(u^2 + v^2), for which errors are reported separately.
 RINGS = (0.0, 0.1, 0.5, 1.0, 2.0)

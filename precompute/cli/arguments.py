@@ -1,24 +1,80 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Arguments that several verbs share."""
+"""Arguments that several verbs share.
+
+Option types for argparse: numbers in a range, and non-empty texts.
+
+Python parses `nan`, `1e-308`, `1_000` and the digits of every script as numbers. These types accept only plain decimal
+numbers, within the range that makes sense for the option."""
 
 import argparse
 import contextlib
-from collections.abc import Iterator
+import re
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from ..bake.request import COHERENCE_UM, DELTA_E, HEIGHT_NM, MODELS, PATCH_UM, SIZE_UM, SPREAD_DEG
 from ..base.failure import GratingError
 from ..colour.illuminants import LAMPS, OWN_MAX, illuminant_of, lamp_of
-from ..reflectance.matter import Matter
-from ..reflectance.matter_text import parse
-from ..reflectance.metals import METALS
+from ..reflectance.films import METALS
+from ..reflectance.matter import Matter, parse
+from ..render_job.frame_ranges import parse_frames
 from ..surface.generated.kinds import KINDS
 from ..surface.height_map import HeightMap
 from ..surface.readers.reader_registry import read_height_map
 from ..surface.steps.pipeline import help_text, parse_steps
 from ..surface.steps.step import Step
 from ..table.sample_set import path_beside
-from .option_types import count, name_argument, number, path_argument
+
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.ASCII | re.IGNORECASE)
+_COUNT = re.compile(r"[+-]?\d+", re.ASCII)
+# The greatest length of a number's text.
+_LONGEST = 40
+
+
+def number(low: float, high: float) -> Callable[[str], float]:
+    """The type of an option that takes a number from low to high."""
+
+    def read(text: str) -> float:
+        if len(text) <= _LONGEST and _NUMBER.fullmatch(text) and low <= float(text) <= high:
+            return float(text)
+        raise argparse.ArgumentTypeError(f"{_shown(text)}: give a number from {low:g} to {high:g}")
+
+    return read
+
+
+def count(low: int, high: int) -> Callable[[str], int]:
+    """The type of an option that takes a whole number from low to high."""
+
+    def read(text: str) -> int:
+        if len(text) <= _LONGEST and _COUNT.fullmatch(text) and low <= int(text) <= high:
+            return int(text)
+        raise argparse.ArgumentTypeError(f"{_shown(text)}: give a whole number from {low} to {high}")
+
+    return read
+
+
+def name_argument(text: str) -> str:
+    """Parse the name of a file or of a channel."""
+    if not text:
+        raise argparse.ArgumentTypeError("is empty; give a name")
+    return text
+
+
+def path_argument(text: str) -> Path:
+    """Parse a path."""
+    return Path(name_argument(text))
+
+
+def frames_argument(text: str) -> tuple[int, ...]:
+    """Parse ranges of frames, such as 1-24:2,30."""
+    try:
+        return parse_frames(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"{_shown(str(error))}: give ranges such as 1-24:2,30") from error
+
+
+def _shown(text: str) -> str:
+    return repr(text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}...")
 
 
 def add_input(parser: argparse.ArgumentParser, several: str | None = None) -> None:

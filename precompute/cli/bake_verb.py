@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`bake`: bakes height maps into the table that the material reads."""
+"""`bake`: bakes height maps into the table that the material reads.
+
+The line of a verb's summary on a bake's colours under lamps of other spectra."""
 
 import argparse
 from collections.abc import Mapping
@@ -8,22 +10,48 @@ from pathlib import Path
 from typing import Any
 
 from ..bake import cache
-from ..bake.bake_folder import LEVELLING, bake_name, bake_to_folder
+from ..bake.make import LEVELLING, bake_name, bake_to_folder
 from ..bake.needs import read_needs
 from ..bake.request import BakeRequest, Scan, request_from
 from ..base.failure import GratingError
 from ..base.progress import span_of
-from ..base.strict_json import read_json
-from ..colour.working_space import RGB_SPACES, lamp_line
+from ..base.strict import read_json
+from ..colour.illuminants import FIRST
+from ..colour.spaces import RGB_SPACES, lamp_line
 from ..measure.shown_colours import told
 from ..measure.stated_errors import stated_errors
 from ..presets.presets import preset_names, read_preset
-from ..table import atlas_file
+from ..table import atlas
 from ..table.sample_set import path_beside
-from .arguments import add_bake_options, add_input
-from .lamps_line import line_of_bake
-from .option_types import name_argument, path_argument
+from .arguments import add_bake_options, add_input, name_argument, path_argument
 from .printing import Progress, emit, refuse_to_replace
+
+# A lamp of each kind: a household bulb, an LED lamp and a fluorescent tube.
+_OF_EACH_KIND = ("2700K", "LED-B1", "FL11")
+# The warm lamp, and the dE00 beyond which a plain bake's 95th percentile gets a remedy: twice what an eye sees.
+_WARM, _FAR_OFF = "2700K", 2.0
+
+
+def lamps_line(errors: Mapping[str, tuple[float, float]]) -> str:
+    """The line on the mean dE00 and the 95th percentile of lamps; "" without a lamp."""
+    each = ", ".join(f"{lamp:.40} {mean:.1f} and {p95:.1f}" for lamp, (mean, p95) in errors.items())
+    return f"under other lamps (mean dE00, 95th percentile): {each}" if errors else ""
+
+
+def line_of_bake(delta_e: Mapping[str, Any], illuminant: str) -> str:
+    """The line on the lamps in a bake's errors; "" if it has none. It names a remedy where daylight's bake is far off
+    under a warm lamp."""
+    told = delta_e.get("lamps")
+    errors = (
+        {lamp: told[lamp] for lamp in _OF_EACH_KIND if _are_errors(told.get(lamp))} if isinstance(told, dict) else {}
+    )
+    far_off = illuminant == FIRST and errors.get(_WARM, (0.0, 0.0))[1] > _FAR_OFF
+    return lamps_line(errors) + "; --illuminant smooth or led holds them" * far_off
+
+
+def _are_errors(value: object) -> bool:
+    return isinstance(value, list) and len(value) == 2 and all(type(each) in (int, float) for each in value)
+
 
 # The share of a run's time that reading its scans takes, about.
 _READ = 0.01
@@ -148,7 +176,7 @@ def read_request(path: Path) -> BakeRequest:
 
     Raises GratingError if the file holds no request, or one without scans."""
     if path.suffix.lower() == ".exr":
-        _, header = atlas_file.read_header(path)
+        _, header = atlas.read_header(path)
         record = header.get("request")
     else:
         record = read_json(path, "give the .exr that `bake` wrote, or the JSON of a request")

@@ -8,12 +8,9 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from ..bake.cache import NS_OF_A_DAY, default_folder, limits_set
-from ..bake.cache_check import Listed, damaged, listed
-from ..bake.cache_store import Cache, Limits
+from ..bake.cache import NS_OF_A_DAY, Cache, Limits, Listed, damaged, default_folder, limits_set, listed
 from ..base.failure import GratingError
-from .arguments import add_json
-from .option_types import number
+from .arguments import add_json, number
 from .printing import Progress, emit
 
 _KEY_SHOWN = 12

@@ -8,10 +8,9 @@ from ..bake.request import DELTA_E
 from ..base.failure import GratingError, Setting
 from ..check.verdict import Verdict, check
 from ..measure.shown_colours import told
-from ..table import atlas_file
-from .arguments import STEP_NM, add_input, existing_bake, height_map_of
-from .lamps_line import lamps_line
-from .option_types import count, name_argument, number
+from ..table import atlas
+from .arguments import STEP_NM, add_input, count, existing_bake, height_map_of, name_argument, number
+from .bake_verb import lamps_line
 from .printing import Progress, emit
 
 
@@ -61,7 +60,7 @@ def run(arguments: argparse.Namespace) -> None:
 def _check_direction(file: Path) -> None:
     """Raise GratingError for a bake of spread directions. `check` itself tells what else is wrong with a file."""
     try:
-        request = atlas_file.read_header(file)[1].get("request")
+        request = atlas.read_header(file)[1].get("request")
     except GratingError:
         return
     if isinstance(request, dict) and request.get("spread_deg") is not None:

@@ -8,8 +8,7 @@ from ..base.failure import GratingError
 from ..base.progress import part_of
 from ..mesh.comb import comb
 from ..mesh.mesh_files import read_mesh, write_combed
-from .arguments import add_json, add_progress
-from .option_types import path_argument
+from .arguments import add_json, add_progress, path_argument
 from .printing import Progress, emit, refuse_to_replace
 
 # The shown length of a mesh's name, which is Blender's limit.

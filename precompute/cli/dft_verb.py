@@ -7,8 +7,18 @@ from ..methods import dft_images
 from ..methods.dft_layout import TEXELS_MAX
 from ..methods.method_registry import SHADER_METHODS
 from ..surface.steps.pipeline import DEFAULT
-from .arguments import PERIOD_NM, STEP_NM, TERMS, add_input, add_level, coherence_argument, height_map_of, period_of
-from .option_types import count, path_argument
+from .arguments import (
+    PERIOD_NM,
+    STEP_NM,
+    TERMS,
+    add_input,
+    add_level,
+    coherence_argument,
+    count,
+    height_map_of,
+    path_argument,
+    period_of,
+)
 from .printing import Progress, emit
 
 

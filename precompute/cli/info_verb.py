@@ -3,7 +3,7 @@
 
 import argparse
 
-from ..surface import description
+from ..surface import quality
 from ..surface.height_map import HeightMap
 from ..surface.readers.reader_registry import read_other_way
 from ..surface.steps.pipeline import level
@@ -29,7 +29,7 @@ def run(arguments: argparse.Namespace) -> None:
         found = read_other_way(height_map)
         return found and level(found, arguments.level).height_map
 
-    described = description.describe(levelled.height_map, other_way)
+    described = quality.describe(levelled.height_map, other_way)
     facts = {**described.as_dict(), "levelling": list(levelled.told)}
     others = (f"{key}: {value}" for key, value in facts.items() if key not in _IN_WORDS)
     lines = [*levelled.told, *described.in_words(), *described.quality.in_words(), *others]

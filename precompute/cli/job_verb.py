@@ -9,11 +9,10 @@ from typing import Any
 
 from ..base.failure import GratingError
 from ..render_job.bundle import write_bundle
-from ..render_job.contact_sheet import write_sheet
 from ..render_job.job_file import EXAMPLE, Job, read_job
-from ..render_job.pictures import SHEET, pictures_of, scene_names
+from ..render_job.pictures import SHEET, pictures_of, scene_names, write_sheet
 from ..render_job.plan import PICTURES
-from .option_types import count, name_argument, path_argument
+from .arguments import count, name_argument, path_argument
 from .printing import emit
 
 

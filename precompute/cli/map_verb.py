@@ -10,17 +10,17 @@ from ..bake.ensemble import bake, plan
 from ..bake.request import BakeRequest
 from ..base.failure import GratingError, Setting
 from ..base.files import write_whole
-from ..base.packages import bundled
+from ..base.machine import bundled
 from ..colour.illuminants import parts_of
 from ..colour.observer import wavelengths
 from ..maps import brdf_map
-from ..maps.spectral_exr import write_spectra, write_xyz
+from ..maps.brdf_map import write_spectra, write_xyz
 from ..methods import baked, exact
 from ..methods.method import Method, Settings
 from ..methods.method_registry import ENTRIES, MAP_METHODS, METHODS
-from ..spectra.patch_window import shifted
+from ..spectra.spectrum import shifted
 from ..surface.relief import Relief, prepare
-from ..table import atlas, atlas_file
+from ..table import atlas
 from ..table.table import Table
 from .arguments import (
     PERIOD_NM,
@@ -29,13 +29,15 @@ from .arguments import (
     add_input,
     add_patch,
     coherence_argument,
+    count,
     existing_bake,
     height_map_of,
     lamp_argument,
     naming,
+    number,
+    path_argument,
     period_of,
 )
-from .option_types import count, number, path_argument
 from .printing import Progress, emit
 
 # What an EXR can hold.
@@ -180,7 +182,7 @@ def brdf_map_of(arguments: argparse.Namespace, progress: Progress) -> tuple[np.n
         if arguments.method != baked.ENTRY.name:
             remedy = ("give ", Setting.METHOD, f" {arguments.method} the height map")
             raise GratingError(file, "a bake no longer holds the surface", remedy)
-        table = _under(atlas_file.read(file)[0], arguments.lamp, file)
+        table = _under(atlas.read(file)[0], arguments.lamp, file)
         return brdf_map.from_bake(table, arguments.size, wi, stam=stam), table.illuminant
     length_m, illuminant = _length_of(arguments), arguments.lamp or "D65"
     relief = prepare(height_map_of(arguments))
@@ -248,4 +250,4 @@ def write_picture(path: Path, xyz: np.ndarray, illuminant: str) -> None:
         write_whole(path, bundled("PIL.Image").fromarray(brdf_map.picture(xyz, illuminant)).save)
         return
     rgb = np.nan_to_num(brdf_map.linear_rgb(xyz, illuminant)).astype(np.float32)
-    write_whole(path, lambda partial: atlas_file.write_exr(partial, rgb, {}))
+    write_whole(path, lambda partial: atlas.write_exr(partial, rgb, {}))

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import NoReturn
 
 from ..base.failure import GratingError, printable
-from ..base.failure_line import failure_line
+from ..base.strict import failure_line
 from .printing import check_targets, leave_to_nobody
 
 # The help text of each verb.

@@ -8,8 +8,7 @@ import numpy as np
 
 from ..base.files import write_whole
 from ..mesh.unwrap import Packing, read_mesh, unwrap
-from .arguments import add_json, add_progress
-from .option_types import count, number, path_argument
+from .arguments import add_json, add_progress, count, number, path_argument
 from .printing import Progress, emit, refuse_to_replace
 
 

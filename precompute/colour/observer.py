@@ -7,7 +7,8 @@ observer and of D65, and names their sources in its header.
 Nobody sees a laser's line as white, nor a lamp as coloured as a green LED. White is then D65's, and a flat mirror has
 the light's own colour, scaled to Y = 1. illuminants.py names the illuminants. Of an illuminant of several parts, all
 of this is the first part's; channels.py has the others.
-"""
+
+Wavelengths distributed like the observer's sensitivity, for materials that sample the spectrum."""
 
 from functools import cache
 from pathlib import Path
@@ -166,3 +167,24 @@ def wavelengths(step_m: float = 1e-9) -> np.ndarray:
     """Wavelengths (n,) in metres from 380 to 780 nm, both included, in equal steps of at most `step_m`."""
     count = int(np.ceil((WAVELENGTH_MAX_M - WAVELENGTH_MIN_M) / step_m - 1e-6))
     return np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, count + 1)
+
+
+_STEPS = 4001
+
+
+def wavelength_quantiles(count: int, illuminant: str = "D65") -> np.ndarray:
+    """Wavelengths (count,) in metres, each for an equal share of the observer's X + Y + Z.
+
+    Samples at these wavelengths have the weight `drawn_weight`. A laser's line gives its own wavelength each time."""
+    line = line_of(illuminant)
+    if line is not None:
+        return np.full(count, line)
+    wavelengths = np.linspace(WAVELENGTH_MIN_M, WAVELENGTH_MAX_M, _STEPS)
+    density = observer(wavelengths, illuminant).sum(axis=1)
+    share = np.concatenate([[0], np.cumsum(density[1:] + density[:-1])])
+    return np.interp((np.arange(count) + 0.5) / count, share / share[-1], wavelengths)
+
+
+def drawn_weight(illuminant: str = "D65") -> float:
+    """The integral of the observer's X + Y + Z over all wavelengths."""
+    return float(mirror_xyz(illuminant).sum())

@@ -3,11 +3,10 @@
 
 import numpy as np
 
-from ..optics.fresnel import fresnel_reflectance
+from ..optics.brdf import fresnel_reflectance
 from ..reflectance.matter import Matter
-from .gamut import shown_rgb
 from .observer import seen_wavelengths, spectral_weights, wavelengths
-from .working_space import rgb_from_xyz
+from .spaces import rgb_from_xyz, shown_rgb
 
 # Fringes of a layer of 10 um are 10 nm apart at 450 nm.
 _STEP_M = 2e-9

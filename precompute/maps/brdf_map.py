@@ -1,28 +1,38 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """BRDF maps: reflected colour over the hemisphere of views (thesis 6.1).
 
-The pixel (x, y) = (sin t cos p, sin t sin p) shows the view at t from the normal and at the azimuth p."""
+The pixel (x, y) = (sin t cos p, sin t sin p) shows the view at t from the normal and at the azimuth p.
 
-from collections.abc import Callable
+The chart of a bake: which colour goes where, for light from one angle.
+
+Its disc is a BRDF map (brdf_map.py): the middle is a view along the normal, the rim one along the surface. The strip
+below it shows the views in the plane of the light, from the light's side to the other.
+
+OpenEXR files of XYZ, or of spectra with a channel for each wavelength.
+
+Channels of spectra are named as in A. Fichet, R. Pacanowski and A. Wilkie, "An OpenEXR Layout for Spectral Images",
+JCGT 10(3), 2021: "T.550nm" is a reflectance at 550 nm, "T.550,5nm" one at 550.5 nm."""
+
+from collections.abc import Callable, Mapping
 from functools import partial
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from ..base.machine import bundled
 from ..base.progress import Progress, silent
-from ..colour.gamut import shown_rgb
 from ..colour.observer import WAVELENGTH_MIN_M, seen_wavelengths, spectral_weights, wavelengths
-from ..colour.working_space import rgb_from_xyz, srgb_encode
+from ..colour.spaces import rgb_from_xyz, shown_rgb, srgb_encode
 from ..methods.method import Method
-from ..optics.brdf import half_angle_cosine, scattering_factor
-from ..optics.fresnel import fresnel_reflectance
+from ..optics.brdf import fresnel_reflectance, half_angle_cosine, scattering_factor
 from ..optics.mirror_image import mirror_kernel
-from ..reference.ensemble_reference import reference_grid
-from ..spectra.resample import Resampler
-from ..spectra.series import spectrum_series
+from ..reference.reference import reference_grid
+from ..spectra.series import Resampler, spectrum_series
 from ..surface.relief import Relief
 from ..table.radiance import reflected_xyz
 from ..table.table import Table
+from .pictures import FAINT, GROUND, INK, SIDE, Canvas
 
 # Tolerance of the interpolation in s, finer than a picture can show. A test compares the result with the reference.
 _EXACT = 1e-9
@@ -174,3 +184,97 @@ def picture(xyz: np.ndarray, illuminant: str = "D65", percentile: float = 99.5) 
     rgb = shown_rgb(np.nan_to_num(xyz) / level, rgb_from_xyz("Rec.709", illuminant))
     rgb = np.where(np.isnan(xyz), 1.0, srgb_encode(rgb))
     return np.rint(rgb[::-1] * 255).astype(np.uint8)
+
+
+# The disc's side and its upper left corner; the strip's upper edge, height and width; all in pixels.
+_DISC, _LEFT, _TOP = 408, 52, 8
+_STRIP_TOP, _STRIP_HIGH, _STRIP = 448, 24, 448
+# Y of this percentile of the disc's views is shown as white. The mirror image clips.
+_WHITE = 99.5
+_RINGS_DEG = (30, 60)
+_LAMP = (255, 210, 60)
+
+
+def view_chart(table: Table, light_deg: float) -> np.ndarray:
+    """The picture (SIDE, SIDE, 3) of 8 bits, row 0 on top, for light at an angle from the normal, from the left."""
+    theta_i = np.radians(light_deg)
+    wi = light_from(theta_i)
+    xyz = from_bake(table, _DISC, wi)
+    level = _level(xyz[..., 1])
+    canvas = Canvas()
+    disc = _coded(xyz / level, table.illuminant)
+    disc[~np.isfinite(xyz[..., 1])] = GROUND
+    canvas.paste(disc[::-1], _LEFT, _TOP)
+    _draw_rings(canvas, theta_i)
+    angles = np.radians((np.arange(_STRIP) + 0.5) * 180 / _STRIP - 90)
+    views = np.stack([np.sin(angles), np.zeros_like(angles), np.cos(angles)], axis=-1)
+    xyz = reflected_xyz(table, wi, views, variance=table.kernel_variance)
+    strip = _coded(xyz / level, table.illuminant)
+    canvas.paste(np.tile(strip, (_STRIP_HIGH, 1, 1)), (SIDE - _STRIP) // 2, _STRIP_TOP)
+    _draw_degrees(canvas)
+    canvas.text(f"light {light_deg:g} deg", 8, 14, anchor="lm", colour=_LAMP)
+    return canvas.pixels()
+
+
+def _level(luminance: np.ndarray) -> float:
+    """The luminance that is shown as white."""
+    known = luminance[np.isfinite(luminance)]
+    level = float(np.percentile(known, _WHITE))
+    return level if level > 0 else max(float(known.max()), 1e-30)
+
+
+def _coded(xyz: np.ndarray, illuminant: str) -> np.ndarray:
+    rgb = shown_rgb(np.nan_to_num(xyz), rgb_from_xyz("Rec.709", illuminant))
+    return np.rint(srgb_encode(rgb) * 255).astype(np.uint8)
+
+
+def _draw_rings(canvas: Canvas, theta_i: float) -> None:
+    radius = _DISC / 2
+    x, y = _LEFT + radius, _TOP + radius
+    canvas.circle(x, y, radius, colour=FAINT)
+    for degrees in _RINGS_DEG:
+        ring = radius * np.sin(np.radians(degrees))
+        canvas.circle(x, y, ring, colour=FAINT)
+        canvas.text(f"{degrees}", x, y - ring, anchor="mm")
+    lamp = radius * np.sin(theta_i)
+    canvas.circle(x - lamp, y, 4, colour=_LAMP, filled=True)
+    canvas.text("mirror", x + lamp, y + 14, anchor="mm")
+    canvas.circle(x + lamp, y, 4, colour=INK)
+
+
+def _draw_degrees(canvas: Canvas) -> None:
+    left = (SIDE - _STRIP) / 2
+    for degrees in range(-90, 91, 30):
+        x, y = left + (degrees + 90) / 180 * _STRIP, _STRIP_TOP + _STRIP_HIGH
+        canvas.line(x, y, to=(x, y + 4))
+        canvas.text(f"{degrees}", x, y + 12, anchor="mm")
+    canvas.text("angle of view in the plane of the light, in degrees", SIDE / 2, SIDE - 8, anchor="mm")
+
+
+def write_xyz(path: Path, xyz: np.ndarray) -> None:
+    """Write XYZ (rows, cols, 3), row 0 at the bottom. Raises as write_spectra does."""
+    _write(path, {name: xyz[..., k] for k, name in enumerate("XYZ")}, {})
+
+
+def write_spectra(path: Path, image: np.ndarray, lambdas_m: np.ndarray) -> None:
+    """Write spectra (rows, cols, k), row 0 at the bottom, at wavelengths (k,) in metres.
+
+    Raises OSError if they cannot be written, GratingError if OpenEXR cannot be loaded."""
+    channels = {channel_name(lam): image[..., k] for k, lam in enumerate(lambdas_m)}
+    _write(path, channels, {"spectralLayoutVersion": "1.0"})
+
+
+def channel_name(lambda_m: float) -> str:
+    """The name of a wavelength's channel, to a hundredth of a nanometre."""
+    nanometres = f"{round(lambda_m * 1e9, 2):g}".replace(".", ",")
+    return f"T.{nanometres}nm"
+
+
+def _write(path: Path, channels: Mapping[str, np.ndarray], attributes: Mapping[str, str]) -> None:
+    """Write named channels (rows, cols), with 0 where there is no number."""
+    OpenEXR = bundled("OpenEXR")
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, **attributes}
+    upright = {name: np.ascontiguousarray(np.nan_to_num(each)[::-1], np.float32) for name, each in channels.items()}
+    # Given a path, OpenEXR fails outside UTF-8 and hides the system's error messages.
+    with OpenEXR.File(header, upright) as picture, path.open("wb") as file:
+        picture.write(file)

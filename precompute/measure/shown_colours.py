@@ -2,7 +2,7 @@
 """How far a renderer's space is from the colours that a bake shows.
 
 A bake's own error is that of its table. Colours outside of a renderer's space have a further error, however exact the
-table is (precompute/colour/gamut.py)."""
+table is (precompute/colour/spaces.py)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,10 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from ..colour.difference import delta_e_2000, lab
-from ..colour.gamut import shown_rgb
 from ..colour.observer import white_xyz
-from ..colour.working_space import RGB_SPACES, rgb_from_xyz
+from ..colour.spaces import RGB_SPACES, delta_e_2000, lab, rgb_from_xyz, shown_rgb
 from .errors import Candidate, Truth
 
 # The exposure: the luminance of every colour, where white is 1.

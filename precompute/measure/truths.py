@@ -12,11 +12,10 @@ import numpy as np
 
 from ..base.progress import Progress, part_of, silent
 from ..colour.observer import spectral_weights, wavelengths
-from ..reference.ensemble_reference import reference_grid, reference_xyz
+from ..reference.reference import reference_grid, reference_xyz
 from ..spectra.spectrum import FrequencyGrid, scattered_spectrum
 from ..surface.relief import Relief
-from .errors import Truth
-from .pairs import Pairs, cosine_weighted, draw_w, pair_about
+from .errors import Pairs, Truth, cosine_weighted, draw_w, pair_about
 
 
 @dataclass(frozen=True)

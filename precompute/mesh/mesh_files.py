@@ -8,9 +8,9 @@ import numpy as np
 
 from ..base.failure import GratingError
 from ..base.files import write_whole
-from .arrays import FARTHEST_M, Wanted, read_arrays
 from .comb import GUIDES, Combed
 from .layout import Polygons
+from .surface import FARTHEST_M, Wanted, read_arrays
 
 _MESH: dict[str, Wanted] = {
     "points": ("f", (None, 3)), "point": ("iu", (None,)), "normals": ("f", (None, 3)), "corners": ("iu", (None, 3)),

@@ -6,12 +6,28 @@ a fan of triangles around a point, connected by shared edges. Most points have o
 has two. Sheets are also cut apart at an edge of three triangles, or of two with opposite winding. A node's tangent
 plane has polar coordinates in which the angles of its corners make a full turn (Knöppel, Crane, Pinkall and Schröder,
 "Globally optimal direction fields", 2013, section 3), so a direction is a complex number.
-"""
 
+Nearest-point search in a grid of cells.
+
+Singularities of a direction field: the index of each triangle, and edges across which the field flips.
+
+Reads arrays of known kinds and shapes from untrusted .npz files of NumPy.
+
+Format: NumPy's reference, "numpy.lib.format". NumPy's own reader trusts the header and raises undocumented errors."""
+
+import math
+import re
+import struct
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
+
+from ..base.files import is_no_file
+from ..base.machine import refuse_beyond_memory
+from ..base.strict import Archive
 
 # A triangle whose height is below this share of its longest side counts as having no area.
 _FLAT = 1e-7
@@ -237,3 +253,136 @@ def _walk(starts: np.ndarray, onwards: np.ndarray, angles: np.ndarray) -> tuple[
         on = (corner >= 0) & (corner != starts[fan])
         fan, corner = fan[on], corner[on]
     return node, polar, total
+
+
+def nearest(points: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """For each place (p, 3) the index (p,) of the nearest of the points (n, 3), n >= 1."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    extent = float((high - low).max()) or 1.0
+    found = np.full(len(places), -1)
+    left = np.arange(len(places))
+    # A cell holds about one point of a surface. A place without a point that near is searched in cells twice as large.
+    size = extent / max(1.0, np.sqrt(len(points)))
+    while len(left):
+        index, distance = _in_grid(points - low, places[left] - low, size)
+        sure = distance <= size
+        found[left[sure]] = index[sure]
+        left = left[~sure]
+        size *= 2
+    return found
+
+
+def _in_grid(points: np.ndarray, places: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray]:
+    """The nearest point in each place's cell and its neighbours, and the distance; infinite without a point."""
+    cells = np.floor(points / size).astype(np.int64)
+    at = np.floor(np.clip(places / size, -2, cells.max(axis=0) + 3)).astype(np.int64)
+    width = cells.max(axis=0) + 7
+    key = _key(cells, width)
+    order = np.argsort(key, kind="stable")
+    key = key[order]
+    best, least = np.full(len(places), -1), np.full(len(places), np.inf)
+    for offset in np.ndindex(3, 3, 3):
+        around = _key(at + np.array(offset) - 1, width)
+        begin, end = np.searchsorted(key, around), np.searchsorted(key, around, side="right")
+        count = end - begin
+        place = np.repeat(np.arange(len(places)), count)
+        number = np.arange(len(place)) - np.repeat(np.cumsum(count) - count, count)
+        point = order[begin[place] + number]
+        distance = np.linalg.norm(points[point] - places[place], axis=1)
+        # The nearest is written last.
+        by_distance = np.argsort(-distance, kind="stable")
+        place, point, distance = place[by_distance], point[by_distance], distance[by_distance]
+        nearer = distance < least[place]
+        best[place[nearer]], least[place[nearer]] = point[nearer], distance[nearer]
+    return best, least
+
+
+def _key(cells: np.ndarray, width: np.ndarray) -> np.ndarray:
+    """One number for each cell (n, 3), whose indices run from -3 to width - 4."""
+    x, y, z = (cells + 3).T
+    return (x * width[1] + y) * width[2] + z
+
+
+# A field that turns by more than a right angle across one edge is not smooth.
+_FLIP = np.pi / 2
+
+
+@dataclass(frozen=True)
+class Singular:
+    """index  (m,) how often the field turns around each triangle, against the surface: 0 where it is regular. On a
+              closed surface the sum is the Euler characteristic (Poincaré and Hopf)
+    torn   (m,) whether the field flips across an edge of the triangle although its index is 0"""
+
+    index: np.ndarray
+    torn: np.ndarray
+
+
+def singular_triangles(surface: Surface, direction: np.ndarray) -> Singular:
+    """Find the singular triangles of a direction field (nodes,)."""
+    turns = edge_turns(surface, direction).reshape(-1, 3)
+    index = np.rint((turns.sum(axis=1) + surface.curvature) / (2 * np.pi)).astype(int)
+    near = np.bincount(surface.node, np.repeat(index != 0, 3), surface.node_count)[surface.node] > 0
+    torn = (np.abs(turns) > _FLIP).any(axis=1) & ~near.reshape(-1, 3).any(axis=1)
+    return Singular(index, torn)
+
+
+def edge_turns(surface: Surface, direction: np.ndarray) -> np.ndarray:
+    """The angle (3 m,), from -pi to pi, by which a field turns along each corner's edge."""
+    here = surface.node
+    there = here[following(np.arange(len(here)))]
+    return np.angle(direction[there] * np.conj(surface.transport * direction[here]))
+
+
+# The greatest distance of a point from the origin, in metres: xatlas squares areas in single precision.
+FARTHEST_M = 1e6
+# The greatest total size of a file's arrays, in bytes: about 40 million triangles.
+_LARGEST = 1 << 31
+# NumPy's letters for the allowed kinds of number ("f", "i", "u", "U"), and the shape, where None is any length.
+Wanted = tuple[str, tuple[int | None, ...]]
+# The magic bytes of an .npy file, and the format of the header's length for each major version.
+_BEGINNING = b"\x93NUMPY"
+_LENGTHS = {1: "<H", 2: "<I", 3: "<I"}
+_HEADER_MAX = 1 << 14
+_HEADER = re.compile(
+    r"\{'descr': '([<>|=]?[iufU]\d{1,3})', 'fortran_order': (True|False), 'shape': \(((?:\d{1,10},? ?)*)\), \}\s*"
+)
+
+
+def read_arrays(path: Path, wanted: Mapping[str, Wanted]) -> dict[str, np.ndarray]:
+    """Read the wanted arrays that a file holds; other arrays are ignored. The arrays are read-only.
+
+    Raises OSError if the file cannot be read; ValueError, with the fault, if it is no .npz file or an array has another
+    kind or shape; GratingError if the arrays do not fit into memory."""
+    if is_no_file(path):
+        raise ValueError("it is no file")
+    with path.open("rb") as file:
+        archive = Archive(file)
+        names = {name: f"{name}.npy" for name in wanted if f"{name}.npy" in archive.names}
+        total = sum(archive.size(member) for member in names.values())
+        if total > _LARGEST:
+            raise ValueError(f"more than {_LARGEST >> 30} GiB of arrays")
+        refuse_beyond_memory(2 * total, "reading its arrays", "give a smaller mesh", source=path)
+        return {name: _array(name, archive.read(member, _LARGEST), wanted[name]) for name, member in names.items()}
+
+
+def _array(name: str, data: bytes, wanted: Wanted) -> np.ndarray:
+    """Decode the array in the bytes of an .npy file."""
+    form = _LENGTHS.get(data[6]) if data.startswith(_BEGINNING) and len(data) >= 12 else None
+    if form is None:
+        raise ValueError(f"{name} is no array")
+    first = 8 + struct.calcsize(form)
+    (length,) = struct.unpack_from(form, data, 8)
+    header = _HEADER.fullmatch(data[first : first + min(length, _HEADER_MAX)].decode("latin-1"))
+    if header is None:
+        raise ValueError(f"{name} is no array of numbers")
+    kinds, shape = wanted
+    kind, sizes = np.dtype(header[1]), tuple(int(size) for size in re.findall(r"\d+", header[3]))
+    fits = len(sizes) == len(shape) and all(want in (None, size) for size, want in zip(sizes, shape, strict=True))
+    if kind.kind not in kinds or not fits:
+        raise ValueError(f"{name} is of kind {kind} and shape {str(sizes):.60}")
+    if math.prod(sizes) * kind.itemsize != len(data) - first - length:
+        raise ValueError(f"{name} is not as long as its header says")
+    array = np.frombuffer(data, kind, offset=first + length).reshape(sizes, order="F" if header[2] == "True" else "C")
+    if kind.kind == "U":
+        array.tolist()  # raises ValueError at an invalid character
+    return array

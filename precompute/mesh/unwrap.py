@@ -14,11 +14,11 @@ import numpy as np
 
 from ..base.child_process import PYTHON_FLAGS, ChildProcess, lines_of
 from ..base.failure import GratingError
-from ..base.failure_line import failure_in
 from ..base.files import write_whole
-from ..base.packages import missing_packages
+from ..base.machine import missing_packages
 from ..base.progress import Progress, silent
-from .arrays import FARTHEST_M, read_arrays
+from ..base.strict import failure_in
+from .surface import FARTHEST_M, read_arrays
 
 # What to do without xatlas.
 BY_BLENDER = "choose Blender's own Minimum Stretch"

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..base.failure import GratingError
-from ..base.failure_line import failure_line
-from ..base.packages import bundled
+from ..base.machine import bundled
+from ..base.strict import failure_line
 from .unwrap import BY_BLENDER, Mesh, Packing, Unwrapped, read_mesh
 
 if TYPE_CHECKING:

@@ -10,10 +10,8 @@ from ..bake.request import BakeRequest
 from ..base.failure import GratingError
 from ..surface.relief import Relief
 from ..table import atlas
-from ..table.table import Table
-from ..table.tiling import BYTES_PER_TEXEL
-from .entry import MethodEntry
-from .method import Coherence, Method, Settings
+from ..table.table import BYTES_PER_TEXEL, Table
+from .method import Coherence, Method, MethodEntry, Settings
 
 
 @dataclass(frozen=True)

@@ -25,12 +25,12 @@ import numpy as np
 from ..base import exr
 from ..base.failure import GratingError, Setting
 from ..base.progress import Progress, silent
-from ..spectra.patch_window import PatchWindow
+from ..spectra.spectrum import PatchWindow
 from ..surface.height_map import HeightMap
 from ..surface.relief import Relief, prepare
 from ..surface.steps.pipeline import DEFAULT
 from ..surface.steps.step import Step
-from ..table.atlas_file import check_can_write, write_together
+from ..table.atlas import check_can_write, write_together
 from .dft_layout import TEXELS_MAX, Layout
 from .method import Method, Settings
 from .method_registry import METHODS

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ..base.exr import Picture, open_picture
 from ..colour.illuminants import ILLUMINANTS
-from ..table import atlas_file
+from ..table import atlas
 
 # The most terms of the verb `dft`, and the most texels that a shader reads along an axis.
 TERMS_MAX, TEXELS_MAX = 1000, 31
@@ -111,4 +111,4 @@ def read_sound_layout(path: Path) -> Layout:
 
 def _layout_of(picture: Picture) -> Layout:
     expected = "file of DFT images", "give the .exr that `dft` wrote"
-    return atlas_file.parse(picture, Layout, expected=expected)[0]
+    return atlas.parse(picture, Layout, expected=expected)[0]

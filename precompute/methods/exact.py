@@ -11,16 +11,12 @@ import numpy as np
 
 from ..maths import chebyshev
 from ..optics import coherence
-from ..reference import ensemble_reference
-from ..reference.ensemble_reference import KERNEL_REACH, reference_grid
-from ..reference.patch_reference import PatchReference
-from ..spectra.patch_window import PatchWindow
-from ..spectra.resample import Resampler
-from ..spectra.series import spectrum_series
-from ..spectra.spectrum import phasor, scattered_spectrum
+from ..reference import reference
+from ..reference.reference import KERNEL_REACH, PatchReference, reference_grid
+from ..spectra.series import Resampler, spectrum_series
+from ..spectra.spectrum import PatchWindow, phasor, scattered_spectrum
 from ..surface.relief import Relief
-from .entry import MethodEntry
-from .method import Coherence, Method, Settings
+from .method import Coherence, Method, MethodEntry, Settings
 
 # Tolerance of the interpolation in s. A test compares the result with the direct sums.
 _EXACT = 1e-10
@@ -45,7 +41,7 @@ class Ensemble(Method):
             at = w == one
             power, zero_order = scattered_spectrum(self.relief, one / wavelength_m, grid)
             kernel = np.exp(-(u[at] ** 2 + v[at] ** 2) / (2 * self.sigma_b**2)) / (2 * np.pi * self.sigma_b**2)
-            blurred = ensemble_reference.blurred(power, grid, (u[at], v[at]), lam=wavelength_m, sigma_b=self.sigma_b)
+            blurred = reference.blurred(power, grid, (u[at], v[at]), lam=wavelength_m, sigma_b=self.sigma_b)
             out[at] = blurred + zero_order * kernel
         return out
 

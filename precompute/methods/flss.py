@@ -18,8 +18,7 @@ import numpy as np
 from ..base.failure import GratingError, Setting
 from ..colour.observer import S_MAX
 from ..surface.relief import Relief
-from .entry import MethodEntry
-from .method import Settings
+from .method import MethodEntry, Settings
 from .windowed_images import WindowedImages, windowed
 
 # A relief whose phasor would have a larger error is refused.

@@ -10,11 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..base.failure import GratingError
-from ..colour.working_space import rgb_from_xyz
+from ..colour.spaces import rgb_from_xyz
+from ..surface.quality import grating_period
 from ..surface.relief import Relief
-from ..surface.unit_cell import grating_period
-from .entry import MethodEntry
-from .method import Coherence, Method, Settings
+from .method import Coherence, Method, MethodEntry, Settings
 
 ORDERS = 7
 _SHARPNESS = 4.0

@@ -1,6 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The common parts of all methods: the settings, the protocol, and the sum over wavelengths."""
+"""The common parts of all methods: the settings, the protocol, and the sum over wavelengths.
 
+The description of a method, known without building it.
+
+Each module of this folder declares a MethodEntry for every method in it. method_registry.py collects the entries, and
+the product's lists of methods are derived from them."""
+
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
@@ -9,6 +15,7 @@ import numpy as np
 from ..base.failure import GratingError
 from ..colour.observer import spectral_weights, wavelengths
 from ..optics.coherence import THESIS_COHERENCE_M
+from ..surface.relief import Relief
 from .term_images import ShaderImages
 
 Coherence = Literal["patch", "ensemble"]
@@ -94,3 +101,24 @@ def spectral_sum(
     return sum(
         density(u, v, w, wavelength_m=lam)[:, None] * weight for lam, weight in zip(lambdas, weights, strict=True)
     )
+
+
+# build(relief, settings): raises GratingError for a relief that the method cannot handle.
+Build = Callable[[Relief, Settings], Method]
+
+
+@dataclass(frozen=True)
+class MethodEntry:
+    """A method's name and capabilities.
+
+    coherence    model of coherence; the method is compared with the reference of the same model
+    build        makes the method for a relief
+    in_maps      whether maps of it are offered; false if a map would take hours
+    has_shader   whether an OSL shader evaluates it from images of its terms (Method.shader_images)
+    """
+
+    name: str
+    coherence: Coherence
+    build: Build
+    in_maps: bool = True
+    has_shader: bool = False

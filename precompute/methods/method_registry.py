@@ -6,7 +6,7 @@ module loads all methods, so Blender's start-up and the verbs without methods do
 """
 
 from . import baked, chebyshev_series, exact, flss, gem, nmm, pq, stam
-from .entry import Build, MethodEntry
+from .method import Build, MethodEntry
 
 ENTRIES: dict[str, MethodEntry] = {
     entry.name: entry

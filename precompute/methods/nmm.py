@@ -16,11 +16,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, observer
+from ..surface.quality import grating_period
 from ..surface.relief import Relief
-from ..surface.unit_cell import grating_period
 from . import flss
-from .entry import MethodEntry
-from .method import Coherence, Method, Settings, spectral_sum
+from .method import Coherence, Method, MethodEntry, Settings, spectral_sum
 from .term_images import ShaderImages
 from .windowed_images import WindowedImages
 

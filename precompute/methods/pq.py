@@ -15,11 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..optics.coherence import THESIS_COHERENCE_M
+from ..surface.quality import unit_cell
 from ..surface.relief import Relief
-from ..surface.unit_cell import unit_cell
 from . import flss
-from .entry import MethodEntry
-from .method import Coherence, Method, Settings
+from .method import Coherence, Method, MethodEntry, Settings
 from .term_images import Expansion, ShaderImages, TermImages, make_images, read_spectrum
 
 # The thesis takes p = N, q = 0 if 1 - cos(phase) is below this.

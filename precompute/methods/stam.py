@@ -18,10 +18,9 @@ import numpy as np
 
 from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, observer, spectral_weights, wavelengths
 from ..optics import coherence
+from ..surface.quality import grating_period
 from ..surface.relief import Relief
-from ..surface.unit_cell import grating_period
-from .entry import MethodEntry
-from .method import Coherence, Method, Settings
+from .method import Coherence, Method, MethodEntry, Settings
 
 _SAMPLES_MAX = 256
 _CHUNK = 4096

@@ -13,7 +13,7 @@ from typing import Literal, Protocol
 import numpy as np
 
 from ..base.failure import Setting
-from ..base.memory import refuse_beyond_memory
+from ..base.machine import refuse_beyond_memory
 from ..colour.observer import S_MAX
 from ..surface.relief import SMALLER, Relief
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..spectra.patch_window import PatchWindow
+from ..spectra.spectrum import PatchWindow
 from ..surface.relief import Relief
 from .method import Coherence, Method, Settings
 from .term_images import Expansion, ShaderImages, TermImages, make_images, read_spectrum

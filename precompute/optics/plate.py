@@ -15,7 +15,7 @@ import math
 
 import numpy as np
 
-from .fresnel import fresnel_reflectance
+from .brdf import fresnel_reflectance
 
 # The index of no plate, and the greatest index of a plate.
 NO_PLATE = 1.0

@@ -11,25 +11,88 @@ file has these keys:
     direction       what the scan's x axis follows: one of DIRECTIONS; it may be missing
     inputs          numbers for the inputs of the Diffraction node, by name; it may be missing
     shape           what Show Me puts it on, one of SHAPES; it may be missing
-    hologram        a pattern and numbers for its inputs (preset_hologram.py); it may be missing
+    hologram        a pattern and numbers for its inputs (presets.py); it may be missing
     sources         lines that say where each number comes from, or that it was chosen by eye
-"""
+
+The hologram of a preset: a pattern of directions and periods that its material begins with.
+
+The patterns are node groups of the add-on (addon/materials/holograms/patterns.py); a pattern from a picture needs a
+file, so no preset has it.
+
+Draft bakes of the presets. The package ships them, so that a preset can be shown without a bake.
+
+A draft has its own folder, which holds the bake's files and draft.json: the version and the request of the bake, and
+its facts as `bake --json` prints them, without time and memory. So two drafts made on the same kind of processor are
+the same bytes."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import json
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from math import pi
 from pathlib import Path
 from typing import Any
 
+from ..bake.cache import BAKE_VERSION
 from ..bake.request import BakeRequest, Scan, request_from
 from ..base.failure import GratingError
-from ..base.strict_json import number_in, read_json
-from ..optics.small_slope import IOR_MAX
+from ..base.files import write_whole
+from ..base.strict import number_in, read_json
+from ..optics.brdf import IOR_MAX
 from ..surface.generated.parameters import canonical, parse_grating
 from ..surface.height_map import GRATING_PREFIX, SAMPLE_PREFIX
 from ..surface.samples.catalogue import SAMPLES
-from .preset_hologram import PresetHologram, hologram_from, numbers_in
+
+_RANDOM = {"Period Spread": (1.0, 4.0), "Seed": (0.0, 1000.0)}
+_TURN = {"Turn": (0.0, pi / 2)}
+_CENTRE = {"Center X": (-1e3, 1e3), "Center Y": (-1e3, 1e3)}
+# The patterns, and their inputs with their limits. Angles are in radians.
+PATTERNS: dict[str, dict[str, tuple[float, float]]] = {
+    "dot_matrix": {"Cells": (1.0, 1e5)} | _TURN | _RANDOM,
+    "sunburst": {"Twist": (-pi / 2, pi / 2), "Sectors": (0.0, 1000.0)} | _CENTRE | _RANDOM,
+    "crystal": {"Shards": (0.1, 1e5), "Randomness": (0.0, 1.0)} | _TURN | _RANDOM,
+}
+_HOLOGRAM_KEYS = ("pattern", "inputs")
+
+
+@dataclass(frozen=True)
+class PresetHologram:
+    """A pattern, one of PATTERNS, and values for its inputs. The other inputs keep their defaults."""
+
+    pattern: str
+    inputs: Mapping[str, float]
+
+    def as_dict(self) -> dict[str, Any]:
+        """The hologram as in a preset's file."""
+        return {"pattern": self.pattern, "inputs": dict(self.inputs)}
+
+
+def hologram_from(record: object, source: str) -> PresetHologram:
+    """The hologram in a JSON record. Raises GratingError, with `source`, for a faulty one."""
+    if not isinstance(record, Mapping) or "pattern" not in record:
+        raise GratingError(source, f"hologram: cannot be {record!r:.30}", "give an object with pattern")
+    for key in record:
+        if key not in _HOLOGRAM_KEYS:
+            raise GratingError(source, f"hologram: {key:.40}: no such key", f"there are {', '.join(_HOLOGRAM_KEYS)}")
+    pattern, inputs = record["pattern"], record.get("inputs", {})
+    if not isinstance(pattern, str) or pattern not in PATTERNS:
+        raise GratingError(
+            source, f"hologram: pattern: cannot be {pattern!r:.30}", f"give one of {', '.join(PATTERNS)}"
+        )
+    return PresetHologram(pattern, numbers_in(inputs, PATTERNS[pattern], source, part="hologram: inputs"))
+
+
+def numbers_in(record: object, known: Mapping[str, tuple[float, float]], source: str, *, part: str) -> dict[str, float]:
+    """The numbers in a JSON record, whose names and limits are `known`. Raises GratingError, with `source`, the part of
+    the file and the name, for an unknown name or a value out of its limits."""
+    if not isinstance(record, Mapping):
+        raise GratingError(source, f"{part}: cannot be {record!r:.30}", "give an object of names and numbers")
+    for name in record:
+        if name not in known:
+            raise GratingError(source, f"{part}: {name:.40}: no such input", f"there are {', '.join(known)}")
+    return {name: number_in(source, f"{part}: {name}", value, limits=known[name]) for name, value in record.items()}
+
 
 FOLDER = Path(__file__).parent
 # The choices of `direction`: the direction that the mesh stores, or outwards from the object's Z axis as on a disc.
@@ -177,3 +240,53 @@ def _sources(file: str, value: Any) -> tuple[str, ...]:
             remedy = f"give lines of 1 to {_SOURCE_MAX} characters"
             raise GratingError(file, f"sources: cannot be {line!r:.30}", remedy)
     return tuple(value)
+
+
+DRAFTS = Path(__file__).parents[2] / "drafts"
+# The settings of a draft. Its colours are softer than those of a full bake, and its files are a few megabytes.
+DELTA_E, COHERENCE_M = 3.0, 10e-6
+_RECORD = "draft.json"
+# The number of the record's format.
+_FORMAT = 2
+# Facts of a run, which differ from one run to the next.
+_OF_THE_RUN = ("seconds", "check_seconds", "peak_bytes", "cached")
+
+
+def draft_request(request: BakeRequest) -> BakeRequest:
+    """The request for a draft of the same surface."""
+    return replace(request, delta_e=DELTA_E, coherence_length_m=COHERENCE_M)
+
+
+def shipped_draft(name: str, request: BakeRequest, folder: Path = DRAFTS) -> dict[str, Any] | None:
+    """The facts of a preset's shipped draft, with the paths of its files. `request` is the draft's request. Returns
+    None if there is no draft, or if it was made by another version or from another request."""
+    home = folder / name
+    try:
+        record = read_json(home / _RECORD, "build the package again")
+        facts = dict(record["facts"])
+        files = [home / str(file) for file in facts["files"]]
+        current = (record["format"], record["version"], record["request"]) == (_FORMAT, *_made_by(request))
+    except (GratingError, KeyError, TypeError, ValueError):
+        return None
+    if not (current and files and all(file.is_file() for file in files)):
+        return None
+    return facts | {"files": [str(file) for file in files]}
+
+
+def write_draft(
+    name: str, request: BakeRequest, bake: Callable[[Path], Mapping[str, Any]], *, folder: Path = DRAFTS
+) -> Path:
+    """Make a preset's draft. `bake` bakes into the folder that it is given, and returns the bake's facts. Returns the
+    draft's folder. Raises GratingError if the draft cannot be written, or as `bake` does."""
+    home = folder / name
+    facts = {name: value for name, value in bake(home).items() if name not in _OF_THE_RUN}
+    facts["files"] = [Path(file).name for file in facts["files"]]
+    version, asked = _made_by(request)
+    record = {"format": _FORMAT, "version": version, "request": asked, "facts": facts}
+    write_whole(home / _RECORD, lambda path: path.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8"))
+    return home
+
+
+def _made_by(request: BakeRequest) -> tuple[int, Any]:
+    """The version of bakes, and a request as it is read from JSON."""
+    return BAKE_VERSION, json.loads(json.dumps(request.as_dict()))

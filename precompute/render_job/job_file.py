@@ -12,7 +12,7 @@ from ..bake.request import HEIGHT_NM, SIZE_UM, BakeRequest, request_from
 from ..base.failure import GratingError
 from ..base.files import can_be_a_path, read_limited
 from ..presets.presets import read_preset
-from ..reflectance.matter_text import parse as parse_matter
+from ..reflectance.matter import parse as parse_matter
 from ..surface.height_map import is_synthetic
 from .frame_ranges import parse_frames
 from .plan import AZIMUTH, ELEVATION, ENGINES, FACTOR, FOLDERS, FRAME, LAMPS_MAX, SAMPLES, SEED, SIDE, ZOOM, plain_name

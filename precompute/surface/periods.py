@@ -1,19 +1,323 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finds the periods of a relief, as peaks of its power spectrum, and which of them diffract visibly."""
+"""Finds the periods of a relief, as peaks of its power spectrum, and which of them diffract visibly.
+
+The power spectrum of heights, and the position of its peaks between the bins.
+
+Visibility of a relief's waves: which ones diffract visibly, and how much light their first order gets.
+
+A wave of period d sends its first order to sin(tr) = lambda / d - sin(ti). The angles ti of light and tr of view are
+measured from the normal, in the plane of the grating vector. For a sine of amplitude a much lower than the wavelength,
+the efficiency is J1(2 pi a w / lambda)^2 = (pi a w / lambda)^2, with w = cos(ti) + cos(tr) (Goodman, Introduction to
+Fourier Optics, 4.4; docs/theory.md).
+
+Line noise of a microscope: random height shifts between scan lines, and the false peaks that they cause.
+
+A shift is constant along its scan line. So the noise has power at the horizontal frequency 0 and at all vertical
+frequencies. The highest of its many random peaks rises far above the rest of the spectrum, like a grating with lines
+along the scan lines. But a grating also rises above its neighbours at the horizontal frequency 0. An irregular, natural
+grating has power beside its peak instead.
+
+Confirms waves by the opposite scan direction: trace and retrace share the surface, but not the microscope's noise.
+
+Line shifts and hum differ between the two. Hum that is a wave (ky, kx) in the trace is (ky, -kx) in the retrace, so a
+wave's mirror image does not confirm it."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
-from .first_order import COARSEST_PERIOD_M, FINEST_PERIOD_M, visible_share
-from .height_map import HeightMap
-from .height_spectrum import Spectrum, ground_of, refined, spectrum_of
-from .line_noise import line_noise
-from .other_way import confirms
+from ..colour.observer import WAVELENGTH_MIN_M, spectral_weights, wavelengths
+from .height_map import HeightMap, fill_missing
+
+# Bins in the group of the longest waves, several times the bins of the window's main lobe.
+_FEWEST_COMPARED = 96
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """The power spectrum of windowed heights.
+
+    power   (ny, nx) in square metres; a sine of amplitude a has a peak of about a^2. ny: vertical frequencies in the
+            order of np.fft.fftfreq; nx: horizontal frequencies from 0 up; both in cycles per scan
+    size_m  (Ly, Lx), the sides of the scan in metres
+    cols    number of columns of the heights"""
+
+    power: np.ndarray
+    size_m: tuple[float, float]
+    cols: int
+
+    @property
+    def ky(self) -> np.ndarray:
+        """Vertical frequencies (ny, 1), whole cycles per scan."""
+        return np.round(np.fft.fftfreq(len(self.power)) * len(self.power))[:, None]
+
+    @property
+    def kx(self) -> np.ndarray:
+        """Horizontal frequencies (nx,), whole cycles per scan."""
+        return np.arange(self.power.shape[1])
+
+    @property
+    def q(self) -> np.ndarray:
+        """Frequency of each bin (ny, nx), cycles per metre."""
+        return np.hypot(self.ky / self.size_m[0], self.kx / self.size_m[1])
+
+    def at(self, ky: int, kx: int) -> float:
+        """Return the power at whole frequencies in cycles per scan; the array holds half of the even spectrum."""
+        kx = (kx + self.cols // 2) % self.cols - self.cols // 2
+        ky, kx = (ky, kx) if kx >= 0 else (-ky, -kx)
+        return float(self.power[ky % len(self.power), kx])
+
+
+def spectrum_of(level: HeightMap) -> Spectrum:
+    """Compute the spectrum under a Hann window, without which the scan's edges add a cross of false peaks."""
+    window_y, window_x = (np.sin(np.pi * (np.arange(n) + 0.5) / n) ** 2 for n in level.height_m.shape)
+    windowed = fill_missing(level).height_m * window_y[:, None] * window_x
+    transform = np.fft.rfft2(windowed)
+    amplitude = np.abs(transform) * (2 / (window_y.sum() * window_x.sum()))
+    return Spectrum(np.ascontiguousarray(amplitude**2), level.size_m, level.cols)
+
+
+def amplitude_at(height: np.ndarray, cycles: tuple[float, float]) -> complex:
+    """Return the Fourier transform of hole-free heights (rows, cols) under a Hann window at (ky, kx) cycles per scan.
+    The phase is that at the scan's middle; the magnitude is not normalised."""
+    along_y, along_x = (_transformed(*each) for each in zip(height.shape, cycles, strict=True))
+    # A product with complex numbers would copy the heights as complex numbers.
+    real, imaginary = (height @ np.stack([along_x.real, along_x.imag], axis=1)).T
+    return complex(along_y @ real + 1j * (along_y @ imaginary))
+
+
+def _transformed(count: int, cycles: float) -> np.ndarray:
+    """Return a Hann window (count,) times the conjugate of a wave of `cycles` periods."""
+    place = (np.arange(count) + 0.5) / count
+    return np.sin(np.pi * place) ** 2 * np.exp(-2j * np.pi * cycles * (place - 0.5))
+
+
+def ground_of(power: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Return the median power (ny, nx) of the bins of similar frequency, where q (ny, nx) is each bin's frequency."""
+    power = power.ravel()
+    ground = np.zeros(power.size)
+    by_length = np.argsort(q, axis=None)
+    start, stop = 0, _FEWEST_COMPARED
+    while start < power.size:
+        # Each group is as large as all coarser groups together: in two dimensions half an octave wide.
+        group = by_length[start:stop]
+        ground[group] = np.median(power[group])
+        start, stop = stop, 2 * stop
+    return ground.reshape(q.shape)
+
+
+def refined(spectrum: Spectrum, peak: tuple[int, int]) -> tuple[float, float]:
+    """Interpolate a peak's frequencies (ky, kx) between the bins, assuming a single wave."""
+    ky, kx = peak
+    centre = spectrum.at(ky, kx)
+    return (
+        ky + _between(spectrum.at(ky - 1, kx), centre, spectrum.at(ky + 1, kx)),
+        kx + _between(spectrum.at(ky, kx - 1), centre, spectrum.at(ky, kx + 1)),
+    )
+
+
+def _between(below: float, centre: float, above: float) -> float:
+    """Return a wave's offset in bins, -0.5 to 0.5, from the peak's bin, by the powers of the bin and its neighbours.
+
+    Under a Hann window a wave d bins away has the amplitude sin(pi d) / (pi d (1 - d^2)). So the amplitudes a, b, c of
+    three bins give d = 2 (c - a) / (a + 2 b + c) (Grandke 1983, by three points)."""
+    a, b, c = (math.sqrt(power) for power in (below, centre, above))
+    return min(0.5, max(-0.5, 2 * (c - a) / (a + 2 * b + c))) if b else 0.0
+
+
+# A finer period has no first order even at grazing light and view, since lambda / d = sin(ti) + sin(tr) is at most 2.
+FINEST_PERIOD_M = WAVELENGTH_MIN_M / 2
+# The sun is 0.533 degrees wide. A coarser period separates red and green (the sRGB primaries' dominant wavelengths, 611
+# and 549 nm) by less, so the sun's images in all colours overlap to white.
+COARSEST_PERIOD_M = (611e-9 - 549e-9) / np.radians(0.533)
+_ANGLES = np.radians(np.arange(-89.0, 90.0, 2.0))
+_FREQUENCIES = 200
+
+
+def visible_share(q: np.ndarray) -> np.ndarray:
+    """Return the share of visible light (D65, by luminance) in the first order of a low sine of frequency q (...,) in
+    cycles per metre, divided by the square of its amplitude in metres.
+
+    It is the cosine-weighted mean over light from all angles in the grating vector's plane; 0 if nothing is visible."""
+    known, shares = _known()
+    return np.where((q >= known[0]) & (q <= known[-1]), np.interp(q, known, shares), 0.0)
+
+
+@cache
+def _known() -> tuple[np.ndarray, np.ndarray]:
+    """Tabulate visible_share at frequencies (n,) from the coarsest to the finest period that diffracts visibly."""
+    q = np.linspace(1 / COARSEST_PERIOD_M, 1 / FINEST_PERIOD_M, _FREQUENCIES)
+    return q, _shares(q)
+
+
+def _shares(q: np.ndarray) -> np.ndarray:
+    """Compute visible_share at frequencies q (n,)."""
+    lambdas = wavelengths(5e-9)
+    luminance = spectral_weights(lambdas, "D65")[:, 1]
+    total = np.zeros(len(q))
+    for lam, weight in zip(lambdas, luminance / luminance.sum(), strict=True):
+        sine = lam * q[:, None] - np.sin(_ANGLES)
+        w = np.where(np.abs(sine) < 1, np.cos(_ANGLES) + np.sqrt(np.maximum(1 - sine**2, 0)), 0.0)
+        total += weight * np.average((np.pi * w / lam) ** 2, axis=1, weights=np.cos(_ANGLES))
+    return total
+
+
+# Noise power is exponentially distributed. The strongest of 500 vertical frequencies has ln(500) = 6.2 times the mean,
+# or 22 times the lower quartile. Real skins, their rows of fingers turned along the scan lines, have over 100 times.
+_ABOVE_QUARTILE = 50.0
+# A peak this many times above the power beside it is constant along the scan lines, unlike irregular ridges.
+_ABOVE_SIDES = 50.0
+# The bins beside a peak: just outside the window's lobe.
+_SIDES = (3, 8)
+# The largest apparent horizontal frequency of noise, in bins.
+_OFF_MAX = 0.6
+# A peak is compared with vertical frequencies from 1 / 1.5 to 1.5 times its own, and at least _BAND_BINS beyond it,
+# without its own flanks and the lobes of harmonics.
+_BAND, _BAND_BINS, _FLANK, _LOBE = 1.5, 12, 0.2, 2.0
+# The least correlation of a grating's profile with itself one period on. White noise of 128 rows has 0 +- 0.13 (rms).
+_ALIKE = 0.7
+# The harmonics of a grating with fewer lines are so close together that any peak would count as one.
+_FEWEST_LINES = 6
+# The largest distance of a harmonic from a multiple of its grating's frequency, in bins.
+_LINE_BINS = 1.0
+# A quartile needs _FEWEST bins; if there are fewer, the range extends to _FAR bins beyond the peak.
+_FEWEST, _FAR = 8, 64
+
+
+def line_noise(
+    spectrum: Spectrum, peaks: list[tuple[int, int]], waviness: list[tuple[int, int]]
+) -> list[tuple[int, int]]:
+    """Select the peaks (ky, kx), given strongest first, that may be line noise.
+
+    Gratings, their harmonics, and harmonics of a slower wave (the peak in `waviness`, if any) are no noise."""
+    gratings = [
+        _frequency(spectrum, peak) for peak in waviness if _is_along(spectrum, peak) and _repeats(spectrum, peak)
+    ]
+    noise = []
+    for peak in peaks:
+        if not _is_along(spectrum, peak):
+            continue
+        frequency = _frequency(spectrum, peak)
+        level = _level(spectrum, [*gratings, frequency], _column(peak))
+        if (
+            spectrum.at(*peak) >= _ABOVE_QUARTILE * level
+            or _is_harmonic(frequency, gratings)
+            or _repeats(spectrum, peak)
+        ):
+            gratings.append(frequency)
+        else:
+            noise.append(peak)
+    return noise
+
+
+def _frequency(spectrum: Spectrum, peak: tuple[int, int]) -> float:
+    """Return the vertical frequency of a peak, in cycles per scan."""
+    return abs(refined(spectrum, peak)[0])
+
+
+def _column(peak: tuple[int, int]) -> int:
+    """Return the horizontal frequency of a peak, signed so that the vertical one is positive."""
+    return peak[1] if peak[0] >= 0 else -peak[1]
+
+
+def _is_along(spectrum: Spectrum, peak: tuple[int, int]) -> bool:
+    """Whether a peak's wave is constant along the scan lines."""
+    return abs(peak[1]) <= 1 and abs(refined(spectrum, peak)[1]) <= _OFF_MAX and _is_a_line(spectrum, peak)
+
+
+def _is_harmonic(frequency: float, gratings: list[float]) -> bool:
+    """Whether a frequency is a multiple of a grating's frequency."""
+    return any(
+        each >= _FEWEST_LINES and abs(frequency - round(frequency / each) * each) <= _LINE_BINS for each in gratings
+    )
+
+
+def _repeats(spectrum: Spectrum, peak: tuple[int, int]) -> bool:
+    """Whether the profile across the scan lines repeats after a peak's period, apart from slower waves.
+
+    The transform of the power is the autocorrelation of the windowed profile, with that of the window as a factor."""
+    frequency = _frequency(spectrum, peak)
+    ky = np.arange(math.ceil(frequency / _BAND), len(spectrum.power) // 2)
+    power = np.array([spectrum.at(int(each), _column(peak)) for each in ky])
+    turn = 2 * math.pi / frequency
+    overlap = 2 / 3 * (1 - 1 / frequency) * (1 + math.cos(turn) / 2) + math.sin(turn) / (2 * math.pi)
+    return bool(power.any()) and float(power @ np.cos(turn * ky)) >= _ALIKE * overlap * float(power.sum())
+
+
+def _is_a_line(spectrum: Spectrum, peak: tuple[int, int]) -> bool:
+    """Whether a peak has little power at other horizontal frequencies; False if there are too few of them."""
+    if spectrum.power.shape[1] <= _SIDES[1]:
+        return False
+    across = range(_SIDES[0], _SIDES[1] + 1)
+    sides = [spectrum.at(peak[0] + dy, sign * dx) for dy in (-1, 0, 1) for dx in across for sign in (1, -1)]
+    return spectrum.at(*peak) > _ABOVE_SIDES * float(np.median(sides))
+
+
+def _level(spectrum: Spectrum, frequencies: list[float], kx: int) -> float:
+    """Estimate the power of line noise near the last of the gratings' frequencies: the lower quartile of the power at
+    other vertical frequencies, near it or at the highest, whichever is greater."""
+    frequency, highest = frequencies[-1], len(spectrum.power) // 2
+    # At the highest frequencies independent shifts are just as strong, and the harmonics of gratings are weak.
+    fast = np.arange(highest // 2, highest)
+    level = _quartile(spectrum, fast, kx, drift=None) if len(fast) >= _FEWEST else 0.0
+    near = _others(frequencies, min(highest, max(_BAND * frequency, frequency + _BAND_BINS)))
+    if len(near) >= _FEWEST:
+        return max(level, _quartile(spectrum, near, kx, drift=None))
+    far = _others(frequencies, min(highest, frequency + _FAR))
+    return max(level, _quartile(spectrum, far, kx, drift=frequency)) if len(far) >= _FEWEST else level
+
+
+def _quartile(spectrum: Spectrum, ky: np.ndarray, kx: int, *, drift: float | None) -> float:
+    """Return the lower quartile of the power at vertical frequencies ky (n,). For a `drift`, in which each line's shift
+    adds to the last, the power falls with the squared frequency and is scaled to the frequency `drift`."""
+    power = np.array([spectrum.at(int(each), kx) for each in ky])
+    return float(np.quantile(power if drift is None else power * np.maximum(ky / drift, 1) ** 2, 0.25))
+
+
+def _others(frequencies: list[float], highest: float) -> np.ndarray:
+    """Return vertical frequencies from 1 / _BAND of the last frequency to `highest`, without the lobes of harmonics."""
+    last = frequencies[-1]
+    ky = np.arange(max(3, int(last / _BAND)), int(highest) + 1)
+    free = np.abs(ky - last) > max(_LOBE, _FLANK * last)
+    for each in frequencies:
+        free &= np.abs(ky - np.maximum(1, np.round(ky / each)) * each) > _LOBE
+    return ky[free]
+
+
+# The least ratio of the weaker to the stronger amplitude. Under a Hann window a wave has half of its amplitude one bin
+# away, the resolution of a scan. Real files with both directions have 0.93 to 0.99.
+_SHARE = 0.5
+# The largest shift between the two directions, as a share of the scan along B and T. Real files have 0.012 along B.
+# Along the scan lines an uncorrected scanner lags much more.
+_SHIFT = 0.02, 0.1
+# The largest further phase difference in radians: three standard deviations. A wave of 50 times the noise's median
+# power has a phase error of 0.12 rad (rms) in each direction.
+_PHASE = 0.5
+
+
+def confirms(level: HeightMap, spectrum: Spectrum, other: HeightMap) -> Callable[[tuple[int, int]], bool]:
+    """Return a predicate: whether `other`, the levelled opposite scan, shows the wave of a peak in the spectrum."""
+    ways = [(fill_missing(each).height_m, each.size_m) for each in (level, other)]
+
+    def is_shown(peak: tuple[int, int]) -> bool:
+        cycles = refined(spectrum, peak)
+        amplitudes = []
+        for height, sides in ways:
+            ky, kx = (each * side / own for each, side, own in zip(cycles, sides, spectrum.size_m, strict=True))
+            amplitudes.append(amplitude_at(height, (ky, kx)) / height.size)
+        forth, back = amplitudes
+        if not _SHARE * abs(forth) <= abs(back) <= abs(forth) / _SHARE:
+            return False
+        shifted = 2 * math.pi * sum(abs(each) * shift for each, shift in zip(cycles, _SHIFT, strict=True))
+        return bool(abs(np.angle(back * forth.conjugate())) <= shifted + _PHASE)
+
+    return is_shown
+
 
 _MOST_PERIODS = 5
 # Of a larger scan only the middle, of this many pixels a side, is examined: 2 s instead of minutes.
@@ -57,7 +361,7 @@ class Wave:
     angle_deg    direction of the grating vector in degrees: from T, counterclockwise towards B, in (-90, 90]
     repeats      how often the wave fits into the scan along its direction
     amplitude_m  amplitude in metres of a sine with the same peak in the spectrum
-    light        share of visible light in the first order of this sine (first_order.py); 0 if it is not visible
+    light        share of visible light in the first order of this sine (periods.py); 0 if it is not visible
     contrast     ratio of the peak to the median power of waves of similar length"""
 
     period_m: float
@@ -86,7 +390,7 @@ class Waves:
     waviness  the highest wave that is too coarse to show colours, or None
     fine      the highest wave that is too fine for visible light, or None
     noise     the strongest wave rejected as possible line noise, or None
-    one_way   whether the opposite scan lacks `noise` (other_way.py); else it resembles random shifts (line_noise.py)"""
+    one_way   whether the opposite scan lacks `noise` (periods.py); else it resembles random shifts (periods.py)"""
 
     gratings: tuple[Wave, ...]
     waviness: Wave | None

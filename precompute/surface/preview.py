@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .height_map import HeightMap
-from .least_squares_plane import level_plane
+from .height_map import HeightMap, level_plane
 from .periods import Wave, length_in_words, waves_of
 from .steps.pipeline import level
 from .steps.step import Step

@@ -1,20 +1,183 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Rates whether a scan is good enough to bake: one finding for each limit, with a traffic light and a sentence."""
+"""Rates whether a scan is good enough to bake: one finding for each limit, with a traffic light and a sentence.
+
+Finds dust, scars, shifted rows and spikes of a scan, and tries which steps remove them and keep the grating.
+
+Description of a scan before a bake: its size, its relief, and the periods that diffract visibly.
+
+The repeating part of a relief: the exact unit cell, or the strongest period if no cell repeats exactly."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
-from ..base.failure import Setting, Words, spelled
+from ..base.failure import GratingError, Setting, Words, spelled
 from ..colour.observer import WAVELENGTH_MIN_M
-from .dirt import SIDE, Surface, defects_of, spike_of
-from .first_order import FINEST_PERIOD_M
-from .height_map import HeightMap
-from .least_squares_plane import Plane
-from .periods import Waves, length_in_words
+from .height_map import HeightMap, Plane, plane_of
+from .periods import COARSEST_PERIOD_M, FINEST_PERIOD_M, Wave, Waves, length_in_words, middle_of, waves_of
+from .relief import Relief
+from .steps.repairs import aligned_rows, dust, outliers, scars
+from .steps.step import loss_in_words, losses_of
+
+# A defect covers at most this share of the scan; a larger one is relief.
+_RELIEF_SHARE = 0.1
+# A defect whose removal takes half of a wave's power is part of the grating.
+_HALF = 0.5
+# The side of the examined parts in pixels, so that a large scan takes no longer than a small one.
+SIDE = 512
+_ROWS_AT_ONCE = 256
+
+
+def _streaks(height: np.ndarray, *, shifted: bool) -> np.ndarray:
+    """Return the mask (rows, cols) of what looks like scars, either in rows that are shifted as a whole or in others.
+
+    A shifted row does not stand out once the rows are aligned."""
+    found = scars(height, 1.0)
+    stay = found & scars(aligned_rows(height, "median"), 1.0)
+    is_shifted = 2 * stay.sum(axis=1) < found.sum(axis=1)
+    return found & (is_shifted if shifted else ~is_shifted)[:, None]
+
+
+# The steps with their default numbers, and the pixels of the defects that they remove.
+_FIND: dict[str, Callable[[np.ndarray], np.ndarray]] = {
+    "dust": lambda height: dust(height, 5.0),
+    "scars": lambda height: _streaks(height, shifted=False),
+    "lines": lambda height: _streaks(height, shifted=True),
+    "outliers": lambda height: outliers(height, 8.0),
+}
+
+
+@dataclass(frozen=True)
+class Defect:
+    """The pixels of a scan that a step would remove, or put right.
+
+    share  share of the scan
+    harm   the damage to the grating in words, "" for none
+    loss   largest share of a wave's power that the step would take"""
+
+    step: str
+    share: float
+    harm: str
+    loss: float
+
+    @property
+    def belongs(self) -> bool:
+        """Whether the defect is part of the grating."""
+        return bool(self.harm) and self.loss >= _HALF
+
+
+@dataclass(frozen=True)
+class Spike:
+    """The height of a scan that lies farthest off its relief.
+
+    off_m     distance in metres above the highest, or below the lowest, of the other heights
+    relief_m  range of the other heights in metres
+    step      the step that removes the spike without harm to the grating; "" if there is none"""
+
+    off_m: float
+    relief_m: float
+    step: str = ""
+
+    @property
+    def times(self) -> float:
+        """The spike's distance as a multiple of the relief; 0 without relief."""
+        return self.off_m / self.relief_m if self.relief_m else 0.0
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A scan, its levelling plane, its lowest and highest levelled height in metres, and its gratings."""
+
+    height_map: HeightMap
+    plane: Plane
+    reach_m: tuple[float, float]
+    gratings: Sequence[Wave]
+
+    def around(self, place: tuple[int, int]) -> tuple[slice, slice]:
+        """Return the rows and columns around a pixel, at most SIDE each."""
+        shape = self.height_map.height_m.shape
+        starts = [min(max(0, at - SIDE // 2), max(0, n - SIDE)) for at, n in zip(place, shape, strict=True)]
+        return slice(starts[0], starts[0] + SIDE), slice(starts[1], starts[1] + SIDE)
+
+    def levelled(self, part: tuple[slice, slice]) -> np.ndarray:
+        """Return the levelled heights of a part."""
+        return self.plane.level_part(self.height_map, part)
+
+    def coarse(self) -> tuple[slice, slice]:
+        """Return evenly spaced rows and columns of the whole scan, at most SIDE each."""
+        rows, cols = (slice(None, None, -(-n // SIDE)) for n in self.height_map.height_m.shape)
+        return rows, cols
+
+
+def defects_of(surface: Surface) -> tuple[Defect, ...]:
+    """Find the dust, the scars and the shifted rows of a scan."""
+    rows, cols = surface.height_map.height_m.shape
+    middle = surface.around((rows // 2, cols // 2))
+    places = {"dust": surface.coarse(), "scars": middle, "lines": middle}
+    found = (_tried(surface, step, part) for step, part in places.items())
+    return tuple(each for each in found if each is not None)
+
+
+def spike_of(surface: Surface, defects: Sequence[Defect], *, least: float) -> Spike:
+    """Find the spike of a scan with these defects, and, if it exceeds `least` times the relief, its step."""
+    coarse = surface.levelled(surface.coarse())
+    dusty = any(each.step == "dust" and not each.belongs for each in defects)
+    # If the grating itself looks like dust, only single pixels can be distinguished from it.
+    off = _FIND["dust" if dusty else "outliers"](coarse)
+    rest = coarse[np.isfinite(coarse) & ~off]
+    if not rest.size:
+        return Spike(0.0, 0.0)
+    low, high = float(rest.min()), float(rest.max())
+    spike = Spike(max(0.0, low - surface.reach_m[0], surface.reach_m[1] - high), high - low)
+    if spike.times <= least:
+        return spike
+    return replace(spike, step=_removes(surface, _farthest(surface, low, high)))
+
+
+def _tried(surface: Surface, step: str, part: tuple[slice, slice]) -> Defect | None:
+    """Try a step on a part of the scan; None if it would remove nothing, or so much that it is the relief."""
+    height = surface.levelled(part)
+    mask = _FIND[step](height)
+    share = float(mask.mean())
+    if not 0 < share <= _RELIEF_SHARE or mask[np.isfinite(height)].all():
+        return None
+    dy, dx = (side * (each.step or 1) for side, each in zip(surface.height_map.pixel_size_m, part, strict=True))
+    before = HeightMap(height, (dy, dx), surface.height_map.source)
+    if step == "lines":
+        after, holes = replace(before, height_m=aligned_rows(height, "median")), 0.0
+    else:
+        after, holes = replace(before, height_m=np.where(mask, np.nan, height)), share
+    losses = losses_of(before, after, surface.gratings)
+    return Defect(step, share, loss_in_words(losses, holes), max((loss for _, loss in losses), default=0.0))
+
+
+def _farthest(surface: Surface, low: float, high: float) -> tuple[int, int]:
+    """Return row and column of the height farthest above `high` or below `low`, both in metres."""
+    off, place = -math.inf, (0, 0)
+    for start in range(0, surface.height_map.rows, _ROWS_AT_ONCE):
+        level = surface.levelled((slice(start, start + _ROWS_AT_ONCE), slice(None)))
+        beyond = np.nan_to_num(np.maximum(level - high, low - level), nan=-math.inf)
+        row, col = np.unravel_index(np.argmax(beyond), beyond.shape)
+        if beyond[row, col] > off:
+            off, place = float(beyond[row, col]), (start + int(row), int(col))
+    return place
+
+
+def _removes(surface: Surface, place: tuple[int, int]) -> str:
+    """Name the step that removes the pixel at `place` without harm to the grating; "" if there is none."""
+    part = surface.around(place)
+    at = place[0] - part[0].start, place[1] - part[1].start
+    height = surface.levelled(part)
+    for step in ("dust", "outliers"):
+        tried = _tried(surface, step, part) if _FIND[step](height)[at] else None
+        if tried is not None and not tried.harm:
+            return step
+    return ""
+
 
 LIGHTS = ("good", "usable", "poor")
 # Each pair of numbers holds the limits of "good" and of "usable".
@@ -293,3 +456,193 @@ def _tip(centre: np.ndarray, height_map: HeightMap) -> Finding:
         )
         return Finding("tip", light, (sentence, Setting.LEVEL, " plane,tip:NM, the tip's radius"), rounded)
     return Finding("tip", light, sentence, rounded)
+
+
+_ROWS_DESCRIBED_AT_ONCE = 256
+
+
+@dataclass(frozen=True)
+class Description:
+    """The facts of a height map; see `describe`.
+
+    rows, cols         the size in pixels
+    pixel_size_m       (dy, dx) in metres
+    height_range_m     highest minus lowest measured height in metres, after plane levelling
+    height_rms_m       standard deviation of the same heights in metres
+    source_range_m     highest minus lowest height in metres as measured, including the tilt
+    periods_m          at most five periods in metres that diffract visibly, brightest first
+    period_angles_deg  direction of each grating vector in degrees: from T, counterclockwise towards B, in (-90, 90]
+    waves              all waves: gratings, waviness, fine wave and line noise
+    quality            the findings that limit the scan
+    channels           labels of all channels of the source"""
+
+    rows: int
+    cols: int
+    pixel_size_m: tuple[float, float]
+    height_range_m: float
+    height_rms_m: float
+    source_range_m: float
+    waves: Waves
+    quality: Quality
+    channels: tuple[str, ...]
+
+    @property
+    def periods_m(self) -> tuple[float, ...]:
+        return tuple(wave.period_m for wave in self.waves.gratings)
+
+    @property
+    def period_angles_deg(self) -> tuple[float, ...]:
+        return tuple(wave.angle_deg for wave in self.waves.gratings)
+
+    def as_dict(self) -> dict[str, object]:
+        """Return the facts for JSON: tuples become lists, missing waves null."""
+        waves = asdict(self.waves)
+        return {
+            "rows": self.rows,
+            "cols": self.cols,
+            "pixel_size_m": list(self.pixel_size_m),
+            "height_range_m": self.height_range_m,
+            "height_rms_m": self.height_rms_m,
+            "source_range_m": self.source_range_m,
+            "periods_m": list(self.periods_m),
+            "period_angles_deg": list(self.period_angles_deg),
+            "gratings": list(waves["gratings"]),
+            "waviness": waves["waviness"],
+            "fine": waves["fine"],
+            "line_noise": waves["noise"],
+            "quality": self.quality.as_dict(),
+            "channels": list(self.channels),
+        }
+
+    def in_words(self) -> list[str]:
+        """Describe the relief and its waves, a line each, and why a wave is or is not the grating."""
+        gratings, waviness, fine, noise = self.waves.gratings, self.waves.waviness, self.waves.fine, self.waves.noise
+        band = f"from {length_in_words(FINEST_PERIOD_M)} to {length_in_words(COARSEST_PERIOD_M)}"
+        lines = [f"relief: {self.relief_in_words()}"]
+        if gratings:
+            lines.append(
+                f"grating: {_told(gratings[0])}; it sends out the most light of all waves {band}, which show colours"
+            )
+        else:
+            lines.append(f"grating: none; no wave {band}, which would show colours, stands out")
+        if noise is not None:
+            reason = (
+                "the scan in the other direction lacks it; compare its channel, or turn the sample"
+                if self.waves.one_way
+                else "rows that shift at random show such a wave too; if the surface has lines along the rows, turn it"
+            )
+            lines.append(
+                f"line noise: {_told(noise)}; not taken for a grating, as {reason} by 90 deg and scan it again"
+            )
+        if waviness is not None and not (gratings and waviness.amplitude_m <= gratings[0].amplitude_m):
+            lines.append(
+                f"waviness: {_told(waviness)}; not the grating though it is higher, for its colours leave closer "
+                "together than the sun is wide"
+            )
+        if fine is not None and not gratings:
+            lines.append(f"finer than light: {_told(fine)}; no visible light leaves by its first order")
+        return lines
+
+    def relief_in_words(self) -> str:
+        """Format the relief's height: "375 nm", or, if levelling changed it, "408 nm levelled (375 nm as scanned)"."""
+        level, source = (
+            f"{nm:.0f} nm" if nm >= 10 else f"{nm:.2g} nm"
+            for nm in (self.height_range_m * 1e9, self.source_range_m * 1e9)
+        )
+        return level if level == source else f"{level} levelled ({source} as scanned)"
+
+
+def describe(height_map: HeightMap, other_way: Callable[[], HeightMap | None] | None = None) -> Description:
+    """Measure a height map: its relief before and after plane levelling, its waves, and its quality.
+
+    `other_way` reads the opposite scan direction (trace or retrace), levelled by the same steps, or returns None
+    (`read_other_way` of readers/reader_registry.py). It is called only if a wave may be a grating. If it raises
+    GratingError, the scan is described alone."""
+    plane = plane_of(height_map)
+
+    def other() -> HeightMap | None:
+        try:
+            found = other_way() if other_way else None
+        except GratingError:
+            return None
+        return found and _middle(found, plane_of(found))
+
+    waves = waves_of(_middle(height_map, plane), height_map.size_m, other=other)
+    low, high, rms = _levelled(height_map, plane)
+    return Description(
+        rows=height_map.rows,
+        cols=height_map.cols,
+        pixel_size_m=height_map.pixel_size_m,
+        height_range_m=high - low,
+        height_rms_m=rms,
+        source_range_m=float(np.nanmax(height_map.height_m) - np.nanmin(height_map.height_m)),
+        waves=waves,
+        quality=judge(height_map, plane, waves, reach_m=(low, high)),
+        channels=height_map.channels,
+    )
+
+
+def _middle(height_map: HeightMap, plane: Plane) -> HeightMap:
+    """Return the middle of a scan, levelled by the plane through the whole scan."""
+    return replace(height_map, height_m=plane.level_part(height_map, middle_of(height_map)))
+
+
+def _levelled(height_map: HeightMap, plane: Plane) -> tuple[float, float, float]:
+    """Return lowest, highest and standard deviation of the levelled heights, whose mean is 0.
+
+    It levels a few rows at a time, since all levelled heights would take as much memory as the scan."""
+    lows, highs, total, count = [], [], 0.0, 0
+    for start in range(0, height_map.rows, _ROWS_DESCRIBED_AT_ONCE):
+        level = plane.level_part(height_map, (slice(start, start + _ROWS_DESCRIBED_AT_ONCE), slice(None)))
+        level = level[np.isfinite(level)]
+        count += level.size
+        if level.size:
+            lows.append(level.min())
+            highs.append(level.max())
+            total += float(level @ level)
+    return float(min(lows)), float(max(highs)), math.sqrt(total / count)
+
+
+def _told(wave: Wave) -> str:
+    return f"{wave.in_words()}, {wave.repeats:.3g} repeats in the scan"
+
+
+# Copies of a cell may differ by this share of the relief's range, the rounding errors of levelling and upsampling.
+_ALIKE = 1e-6
+
+
+def unit_cell(relief: Relief) -> Relief:
+    """Return the smallest cell that tiles a periodic relief exactly, or else the relief itself.
+
+    The cell has at least as many rows as columns, or all rows of the relief."""
+    if not relief.periodic:
+        return relief
+    cols = _repeat(relief.height_m, 1, 1)
+    rows = _repeat(relief.height_m, 0, min(cols, relief.height_m.shape[0]))
+    apodisation_axes = relief.apodisation_axes[0][:rows], relief.apodisation_axes[1][:cols]
+    return replace(relief, height_m=relief.height_m[:rows, :cols], apodisation_axes=apodisation_axes)
+
+
+def _repeat(height: np.ndarray, axis: int, least: int) -> int:
+    """Return the shortest period in pixels, at least `least`, of the heights along an axis."""
+    count = height.shape[axis]
+    allowed = _ALIKE * max(np.ptp(height), 1e-12)
+    for length in range(least, count // 2 + 1):
+        if count % length == 0 and np.abs(height - np.roll(height, length, axis)).max() <= allowed:
+            return length
+    return count
+
+
+def grating_period(relief: Relief, period_m: float | None = None) -> float:
+    """Return a relief's period in metres: `period_m` if given, else the unit cell's length along T, else the brightest
+    period in the spectrum. Raises GratingError if there is none of the three."""
+    if period_m is not None:
+        return period_m
+    cell = unit_cell(relief)
+    if 1 < cell.height_m.shape[1] < relief.height_m.shape[1]:
+        return cell.size_m[1]
+    heights = HeightMap(relief.height_m[::-1], relief.pixel_size_m, "relief", periodic=relief.periodic)
+    periods = describe(heights).periods_m
+    if not periods:
+        raise GratingError("", "the relief has no period", ("give ", Setting.PERIOD_NM))
+    return periods[0]

@@ -7,11 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..base.memory import refuse_beyond_memory
+from ..base.machine import refuse_beyond_memory
 from ..colour.observer import WAVELENGTH_MIN_M
 from ..optics.plate import NO_PLATE
-from .height_map import HeightMap
-from .holes import fill_missing
+from .height_map import HeightMap, fill_missing
 from .steps.pipeline import DEFAULT, level
 from .steps.step import Step
 

@@ -8,13 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..colour.gamut import shown_rgb
-from ..colour.working_space import rgb_from_xyz
-from ..optics.brdf import half_angle_cosine, scattering_factor
-from ..optics.fresnel import KERATIN_IOR, fresnel_reflectance
+from ..colour.spaces import rgb_from_xyz, shown_rgb
+from ..optics.brdf import IOR_MAX, KERATIN_IOR, fresnel_reflectance, half_angle_cosine, scattering_factor
 from ..optics.mirror_image import mirror_kernel
 from ..optics.plate import NO_PLATE, inside_plate, passed, refracted
-from ..optics.small_slope import IOR_MAX
 from .table import Table
 
 
@@ -54,7 +51,7 @@ def reflected_xyz(
 
         4 cos(ti)^2 cos(tr) Q p^2 c^2 S(p u, p v, c w) + R Z(c w) kernel(wi, wr)
 
-    Q is the small slope reflectance (optics/small_slope.py), R the Fresnel reflectance at the half angle, S the table's
+    Q is the small slope reflectance (optics/brdf.py), R the Fresnel reflectance at the half angle, S the table's
     scattered XYZ over w^2, 0 outside the table, and Z the colour of its zero order. The kernel is that of a lamp's
     image in a mirror (optics/mirror_image.py). p is the period scale and c the height scale. A table that holds its
     matter's reflectance has Q / R at its ratio_ior (optics/brdf.py) in place of Q, and 1 in place of R. `stam` asks for
@@ -116,7 +113,7 @@ def lamp_radiance(
     """Radiance in linear Rec.709 (n, 3), W/m2/sr, by reflected_xyz, for wi, wr (n, 3).
 
     `irradiance` (3,) or (n, 3) in W/m2 is that of a surface that faces the lamp. The radiance is 0 if the lamp or the
-    viewer is below the surface. No component is negative (colour/gamut.py)."""
+    viewer is below the surface. No component is negative (colour/spaces.py)."""
     lit = (wi[:, 2] > 0) & (wr[:, 2] > 0)
     xyz = reflected_xyz(table, wi, wr, variance=variance, skin=skin)
     return shown_rgb(xyz, rgb_from_xyz("Rec.709")) * irradiance * lit[:, None]

@@ -56,7 +56,7 @@ import numpy as np
 from ..base.exr import Picture, open_picture
 from ..colour.observer import S_MAX
 from ..optics.coherence import REFERENCE_WAVELENGTH_M
-from . import atlas_file
+from . import atlas
 
 # Texels a side. On Elaphe at w = 1.6 this misplaces 2.4 % of the light, and 512 misplace 0.9 % (docs/data_flow.md).
 SIZE = 256
@@ -219,4 +219,4 @@ def read_sound_header(path: Path) -> tuple[SampleSetLayout, dict[str, Any]]:
 
 def _parse(picture: Picture) -> tuple[SampleSetLayout, dict[str, Any]]:
     expected = "sample set", "give the .lobes.exr that `bake` wrote"
-    return atlas_file.parse(picture, SampleSetLayout, channels="RGBA", expected=expected)
+    return atlas.parse(picture, SampleSetLayout, channels="RGBA", expected=expected)

@@ -1,13 +1,226 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fits a few round sources to the compact bright parts of a world. A source takes all light in its cone."""
+"""Fits a few round sources to the compact bright parts of a world. A source takes all light in its cone.
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+Cells of equirectangular pictures of a world, in Blender's convention.
+
+Row 0 is at the bottom, as in Blender's pixels. The picture's centre looks along +X, its left half towards +Y, its top
+row towards +Z. Blender's Environment Texture reads pictures this way. A panoramic camera of Cycles that looks along +X,
+with +Z up, renders them this way.
+
+Finds the compact bright parts of a picture of the world, which are brighter than their surroundings and not wide.
+
+Pixels are added from the brightest down. A connected set of added pixels is a part that exceeds its surroundings, and
+its excess is the light above them. Sets grow, meet and merge as in a component tree (Salembier, Oliveras and Garrido
+1998, "Antiextensive connected operators for image and sequence processing"), until they are wider than a source may be.
+
+Fits sources finer than a panorama's pixels, by closer looks at the world."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from .panorama import Cells, panorama_cells
-from .parts import Part, compact_parts
+
+@dataclass(frozen=True)
+class Cells:
+    """Pieces of the sphere, one per pixel of a picture, in pixel order: rows from the bottom.
+
+    directions      (n, 3) unit vectors to the cells' centres
+    solid_angles    (n,) steradians
+    moments         (n, 3) the integral of the unit vector over each cell. The wider the cell, the shorter the moment is
+                    than the solid angle, so a sum of moments includes the width of its cells"""
+
+    directions: np.ndarray
+    solid_angles: np.ndarray
+    moments: np.ndarray
+
+    def __getitem__(self, which: np.ndarray) -> Cells:
+        """Some of the cells, by their indices or a mask."""
+        return Cells(self.directions[which], self.solid_angles[which], self.moments[which])
+
+
+def panorama_cells(rows: int, cols: int) -> Cells:
+    """The cells of a picture of the whole sphere."""
+    return _cells((rows, cols), np.pi / 2, np.pi)
+
+
+def crop_cells(size: int, half_angle: float, direction: np.ndarray) -> Cells:
+    """The cells of a square picture, `size` pixels wide, that looks along `direction` (3,).
+
+    Latitude and longitude about the axes of crop_frame(direction) go from -half_angle to half_angle, in radians."""
+    cells = _cells((size, size), half_angle, half_angle)
+    frame = crop_frame(direction)
+    return Cells(cells.directions @ frame.T, cells.solid_angles, cells.moments @ frame.T)
+
+
+def crop_frame(direction: np.ndarray) -> np.ndarray:
+    """The axes (3, 3) of a crop. The columns are world directions: to the crop's centre, to its left, and up."""
+    forward = np.asarray(direction, float) / np.linalg.norm(direction)
+    beside = np.cross((0.0, 0.0, 1.0) if abs(forward[2]) < 0.9 else (0.0, 1.0, 0.0), forward)
+    left = beside / np.linalg.norm(beside)
+    return np.stack((forward, left, np.cross(forward, left)), axis=1)
+
+
+def inside_crop(directions: np.ndarray, half_angle: float, direction: np.ndarray) -> np.ndarray:
+    """Which directions (n, 3) a crop shows, as a mask (n,)."""
+    x, y, z = (directions @ crop_frame(direction)).T
+    return (np.abs(np.arctan2(y, x)) < half_angle) & (np.abs(np.arcsin(np.clip(z, -1, 1))) < half_angle)
+
+
+def _cells(shape: tuple[int, int], latitude: float, longitude: float) -> Cells:
+    """The cells of a picture from -latitude to latitude, and from longitude at its left to -longitude.
+
+    The integrals over a cell are written as products, which stay exact for tiny cells."""
+    rows, cols = shape
+    high, wide = 2 * latitude / rows, 2 * longitude / cols
+    theta = ((np.arange(rows) + 0.5) * high - latitude)[:, None]
+    phi = (longitude - (np.arange(cols) + 0.5) * wide)[None, :]
+    directions = np.stack(np.broadcast_arrays(np.cos(theta) * np.cos(phi), np.cos(theta) * np.sin(phi), np.sin(theta)))
+    solid_angles = np.broadcast_to(2 * np.cos(theta) * np.sin(high / 2) * wide, shape)
+    across = high / 2 + np.cos(2 * theta) * np.sin(high) / 2  # the integral of cos^2 over the latitude
+    chord = 2 * np.sin(wide / 2)
+    upwards = np.sin(2 * theta) * np.sin(high) / 2 * wide
+    moments = np.stack(np.broadcast_arrays(across * chord * np.cos(phi), across * chord * np.sin(phi), upwards))
+    return Cells(directions.reshape(3, -1).T, solid_angles.reshape(-1), moments.reshape(3, -1).T)
+
+
+# A bright part has at least this many times the radiance of its surroundings.
+_CONTRAST = 2.0
+
+
+@dataclass(frozen=True)
+class Part:
+    """A connected part of a picture.
+
+    pixels      (n,) indices of its pixels
+    base        the luminance of its surroundings
+    excess      its light above the base, luminance x steradians"""
+
+    pixels: np.ndarray
+    base: float
+    excess: float
+
+
+@dataclass
+class _Set:
+    """A connected set of pixels, sums over the pixels, and the bright parts that met in the set."""
+
+    area: float
+    light: float
+    light_squared: float
+    moment: list[float]
+    pixels: list[int]
+    parts: list[Part] = field(default_factory=list)
+    # False once the set grew too wide to be a part.
+    is_open: bool = True
+
+    def variance(self) -> float:
+        x, y, z = self.moment
+        return 1 - (x * x + y * y + z * z) ** 0.5 / self.area
+
+    def take(self, other: _Set) -> None:
+        self.area += other.area
+        self.light += other.light
+        self.light_squared += other.light_squared
+        self.moment = [a + b for a, b in zip(self.moment, other.moment, strict=True)]
+        self.pixels += other.pixels
+        self.parts = self.parts + other.parts
+
+
+class _Sets:
+    """The connected sets of the pixels added so far, and the parts found in closed sets."""
+
+    def __init__(self, least: float, widest: float) -> None:
+        self._least, self._widest = least, widest
+        self._parent: dict[int, int] = {}
+        self._sets: dict[int, _Set] = {}
+        self.found: list[Part] = []
+
+    def add(self, pixel: int, alone: _Set, *, level: float, neighbours: Iterable[int]) -> None:
+        """Add a pixel of luminance `level`, and join the sets that it touches."""
+        self._parent[pixel], self._sets[pixel] = pixel, alone
+        for neighbour in neighbours:
+            if neighbour in self._parent:
+                self._join(self._root(pixel), self._root(neighbour), level)
+        grown = self._sets[self._root(pixel)]
+        if grown.is_open and grown.variance() > self._widest:
+            self._close(grown, level)
+
+    def close_all(self, level: float) -> None:
+        """Close all sets at the luminance `level` of the surroundings."""
+        for grown in self._sets.values():
+            self._close(grown, level)
+
+    def _join(self, one: int, other: int, level: float) -> None:
+        if one == other:
+            return
+        # The set with fewer pixels joins the other.
+        into, gone = sorted((one, other), key=lambda root: -len(self._sets[root].pixels))
+        large, small = self._sets[into], self._sets.pop(gone)
+        self._parent[gone] = into
+        if large.is_open and small.is_open:
+            parts, others = (_resolved(grown, level, self._least) for grown in (large, small))
+            large.take(small)
+            if parts and others:
+                large.parts = parts + others
+        else:
+            self._close(large, level)
+            self._close(small, level)
+
+    def _close(self, grown: _Set, level: float) -> None:
+        if grown.is_open:
+            self.found += _resolved(grown, level, self._least)
+            grown.is_open, grown.pixels = False, []
+
+    def _root(self, pixel: int) -> int:
+        parent = self._parent
+        while parent[pixel] != pixel:
+            parent[pixel] = pixel = parent[parent[pixel]]
+        return pixel
+
+
+def compact_parts(luminance: np.ndarray, cells: Cells, *, least: float, widest: float) -> list[Part]:
+    """Find the parts of a panorama's luminance (rows, cols), the greatest excess first. Each has an excess of at least
+    `least` and, if it were evenly bright, a variance of at most `widest` (rad^2).
+
+    Parts that meet within a larger bright set count separately if together they hold at least half of its excess.
+    Otherwise the set is one part of uneven brightness."""
+    values = luminance.reshape(-1)
+    # An even disc of variance `widest` has 4 pi x `widest` steradians. Pixels so dark that they fill it with half of
+    # `least` count as black.
+    floor = least / (8 * np.pi * widest)
+    order = np.argsort(-values, kind="stable")
+    levels, areas, moments = values.tolist(), cells.solid_angles.tolist(), cells.moments.tolist()
+    sets = _Sets(least, widest)
+    for pixel in order[values[order] > floor].tolist():
+        level, area = levels[pixel], areas[pixel]
+        alone = _Set(area, level * area, level * level * area, moments[pixel], [pixel])
+        sets.add(pixel, alone, level=level, neighbours=_neighbours(pixel, *luminance.shape))
+    sets.close_all(floor)
+    return sorted(sets.found, key=lambda part: -part.excess)
+
+
+def _resolved(grown: _Set, level: float, least: float) -> list[Part]:
+    """The parts of a set whose surroundings have this luminance: the set itself, the parts that met in it, or none."""
+    excess = grown.light - level * grown.area
+    if excess < least or sum(part.excess for part in grown.parts) >= excess / 2:
+        return grown.parts
+    # The part's mean luminance, weighted by its excess, must reach _CONTRAST times the level.
+    if grown.light_squared - level * grown.light < _CONTRAST * level * excess:
+        return grown.parts
+    return [Part(np.array(grown.pixels), level, excess)]
+
+
+def _neighbours(pixel: int, rows: int, cols: int) -> tuple[int, ...]:
+    """The pixels beside, below and above. A panorama wraps around horizontally, and continues across the poles."""
+    row, col = divmod(pixel, cols)
+    across = (col + cols // 2) % cols
+    below = (row - 1) * cols + col if row else across
+    above = (row + 1) * cols + col if row < rows - 1 else row * cols + across
+    return row * cols + (col + 1) % cols, row * cols + (col - 1) % cols, below, above
+
 
 # The least share of the world's light that gets a source. Other light is spread over a surface's directions instead of
 # forming a spectrum. 1 % of a white surface's light changes its lightness by at most 0.4 (116/3 * 0.01, from L* = 116
@@ -55,7 +268,7 @@ class Source:
 def fit_sources(radiance: np.ndarray, count: int) -> list[Source]:
     """Fit at most `count` sources to a world, the brightest first.
 
-    radiance (rows, cols, 3) is a panorama, laid out as in panorama.py. Negative and non-finite pixels count as black. A
+    radiance (rows, cols, 3) is a panorama, laid out as in sources.py. Negative and non-finite pixels count as black. A
     part brighter than its surroundings becomes a source if it holds LEAST_SHARE of the world's light. The widest
     sources are divided while there are fewer than `count`; no cone is wider than WIDEST."""
     cells, flat = panorama_cells(*radiance.shape[:2]), clean(radiance)
@@ -290,3 +503,96 @@ def clean(radiance: np.ndarray) -> np.ndarray:
     """Radiance (..., 3) as (n, 3), black where it is negative or not finite."""
     flat = np.asarray(radiance, float).reshape(-1, 3)
     return np.where(np.isfinite(flat) & (flat > 0), flat, 0.0)
+
+
+# A closer look at the world: takes a direction (3,), an angle and a size, and returns the radiance (size, size, 3) of
+# crop_cells(size, angle, direction).
+Look = Callable[[np.ndarray, float, int], np.ndarray]
+# Sources with a narrower cone, in radians, get closer looks. No piece of a divided source is this narrow.
+_NARROW_ENOUGH = 0.058
+# Looks repeat until the cone has this many pixels on each side, which fits its light to about 1 %.
+_RESOLVED_PIXELS = 6
+# The width of a look in pixels, and its half width in radii of the cone: the surroundings are read within 1.73 radii.
+LOOK_SIZE, _LOOK_RADII = 64, 3
+# Each look is about ten times finer than the one before: the third finds a disc of 0.001 degrees.
+_LOOKS = 3
+
+
+def fit_closely(radiance: np.ndarray, count: int, look: Look, *, suns: Sequence[np.ndarray] = ()) -> list[Source]:
+    """Fit sources to a panorama (rows, cols, 3) like fit_sources, and fit each small source again in closer looks.
+
+    `suns` are directions (3,) that always get a closer look, because the panorama may miss a small sun."""
+    world = _World(radiance, look)
+    found = fit_sources(radiance, count)
+    narrow = [source for source in found if source.cone_radius < _NARROW_ENOUGH]
+    hinted = [Source(np.array(sun, float), np.zeros(3), (np.pi / radiance.shape[0]) ** 2 / 12) for sun in suns]
+    fitted = [world.seen_closely(sun) for sun in hinted if owners(narrow, sun.direction[None])[0] < 0]
+    fitted = [sun for sun in fitted if sun.irradiance.sum() >= world.least()]
+    if fitted:
+        found = fit_sources(radiance, count - len(fitted))
+    for source in found:
+        source = world.seen_closely(source)
+        if not any(_is_same(source, other) for other in fitted):
+            fitted.append(source)
+    lights = lit(fitted, world.radiance, world.cells)
+    # A source that is left out may lie in the cone of another, which then takes its light.
+    counted = [source for source in lights if source.irradiance.sum() >= world.least()][: max(count, 0)]
+    return lit(counted, world.radiance, world.cells)
+
+
+class _World:
+    """The cells of a world and their radiance (n, 3): from the panorama, and finer ones from closer looks."""
+
+    def __init__(self, radiance: np.ndarray, look: Look) -> None:
+        self.cells, self._look = panorama_cells(*radiance.shape[:2]), look
+        self.radiance = clean(radiance)
+
+    def least(self) -> float:
+        """The least light of a part that is worth a source, summed over the colours."""
+        return LEAST_SHARE * float(np.sum(self.radiance * self.cells.solid_angles[:, None]))
+
+    def seen_closely(self, source: Source) -> Source:
+        """Fit a narrow source again in closer looks; a wide source stays as it is."""
+        for _ in range(_LOOKS if source.cone_radius < _NARROW_ENOUGH else 0):
+            half_angle = _LOOK_RADII * source.cone_radius
+            crop = crop_cells(LOOK_SIZE, half_angle, source.direction)
+            seen = clean(self._look(source.direction, half_angle, LOOK_SIZE))
+            self._take(crop, seen, half_angle)
+            source = refit(source, seen, crop)
+            if source.cone_radius >= _RESOLVED_PIXELS * 2 * half_angle / LOOK_SIZE:
+                break
+        return source
+
+    def _take(self, crop: Cells, seen: np.ndarray, half_angle: float) -> None:
+        left = _uncovered(self.cells, crop, half_angle)
+        kept, old = left > 0, self.cells
+        rest = left[kept]
+        self.cells = Cells(
+            np.concatenate((old.directions[kept], crop.directions)),
+            np.concatenate((old.solid_angles[kept] * rest, crop.solid_angles)),
+            np.concatenate((old.moments[kept] * rest[:, None], crop.moments)),
+        )
+        self.radiance = np.concatenate((self.radiance[kept], seen))
+
+
+def _uncovered(cells: Cells, crop: Cells, half_angle: float) -> np.ndarray:
+    """The share of each cell (n,) that a crop does not cover.
+
+    Each cell of the crop is subtracted from the nearest cell. Well inside the crop it is 0: a sun counts once."""
+    towards = crop.moments.sum(axis=0)
+    near = np.flatnonzero(inside_crop(cells.directions, 1.3 * half_angle, towards))
+    left = np.ones(len(cells.directions))
+    if len(near):
+        nearest = np.argmax(crop.directions @ cells.directions[near].T, axis=1)
+        covered = np.bincount(nearest, crop.solid_angles, len(near)) / cells.solid_angles[near]
+        left[near] = np.maximum(1 - covered, 0)
+    left[inside_crop(cells.directions, 0.75 * half_angle, towards)] = 0
+    return left
+
+
+def _is_same(one: Source, other: Source) -> bool:
+    """Whether two narrow sources became one in a closer look: each lies in the other's cone, and their widths are
+    similar. Pieces of a wide source may lie in each other's cones too."""
+    narrow, wide = sorted((one, other), key=lambda source: source.variance)
+    is_near = owners([narrow], wide.direction[None])[0] == 0
+    return is_near and wide.cone_radius < _NARROW_ENOUGH and wide.variance < 4 * narrow.variance

@@ -11,7 +11,7 @@ from precompute.bake.ensemble import bake
 from precompute.bake.request import BakeRequest
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import prepare
-from precompute.table import atlas, atlas_file
+from precompute.table import atlas
 
 from .conftest import COMMANDS, Blender
 
@@ -33,7 +33,7 @@ def blazed(tmp_path_factory) -> Path:
     """A quick bake."""
     image, layout = atlas.pack(bake(prepare(read_height_map("sample:blazed")), BakeRequest(coherence_length_m=8e-6)))
     path = tmp_path_factory.mktemp("bake") / "blazed.exr"
-    atlas_file.write_together({path: (image, layout)}, {})
+    atlas.write_together({path: (image, layout)}, {})
     return path
 
 

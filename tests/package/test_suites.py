@@ -67,7 +67,10 @@ def test_the_parts_that_an_environment_runs_are_there():
 @pytest.mark.parametrize(
     ("file", "rooms"),
     [
-        ("addon/lamps/strength.py", {"addon/lamps", "addon/workflow", "render/test_plane.py"}),
+        (
+            "addon/lamps/find.py",
+            {"addon/lamps", "addon/materials", "addon/ui", "addon/workflow", "render/test_plane.py"},
+        ),
         ("precompute/surface/readers/nid.py", {"precompute/surface"}),
         ("tests/addon/batch/test_job.py", {"addon/batch/test_job.py"}),
         ("tests/addon/conftest.py", {"addon"}),

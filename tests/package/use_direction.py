@@ -120,7 +120,7 @@ def story():
     bpy.data.objects["Suzanne"].select_set(True)
 
     unwrap = importlib.import_module(f"{ADDON}.operators.unwrap_meshes").Unwrap
-    packages = importlib.import_module(f"{ADDON.rpartition('.')[0]}.precompute.base.packages")
+    packages = importlib.import_module(f"{ADDON.rpartition('.')[0]}.precompute.base.machine")
     yield from press_button("bpy.ops.grating.unwrap")
     yield from waited_for(lambda: maps() == ["UVMap", "Unwrapped"])
     yield from press_in_view("Z", ctrl=True)

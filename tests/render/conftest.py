@@ -15,10 +15,10 @@ from devtools import ROOT
 from devtools.extension import AddonModules
 from precompute.bake.ensemble import bake
 from precompute.bake.request import BakeRequest
-from precompute.reflectance.matter_text import parse
+from precompute.reflectance.matter import parse
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import prepare
-from precompute.table import atlas, atlas_file
+from precompute.table import atlas
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -209,7 +209,7 @@ def _blazed(tmp_path_factory, matter: str):
     relief = prepare(read_height_map("sample:blazed"), plate_ior=asked.matter.plate_ior)
     image, layout = atlas.pack(bake(relief, asked))
     path = tmp_path_factory.mktemp("radiance") / "blazed.exr"
-    atlas_file.write_together({path: (image, layout)}, {"request": asked.as_dict()})
+    atlas.write_together({path: (image, layout)}, {"request": asked.as_dict()})
     return path, atlas.unpack(image, layout)
 
 
@@ -254,4 +254,4 @@ def _baked_by_command(tmp_path_factory, sample, *more):
     asked = [f"sample:{sample}", "--coherence-um", "30", "--delta-e", "1", *more, "-o", str(folder)]
     subprocess.run([sys.executable, "-m", "precompute", "bake", *asked], cwd=ROOT, check=True, capture_output=True)
     path = folder / f"{sample}.exr"
-    return path, atlas_file.read(path)[0]
+    return path, atlas.read(path)[0]

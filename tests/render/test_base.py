@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from precompute.colour.smooth_colour import smooth_colour
-from precompute.optics.fresnel import fresnel_reflectance
-from precompute.reflectance.matter_text import parse
+from precompute.optics.brdf import fresnel_reflectance
+from precompute.reflectance.matter import parse
 
 from .test_variation import answering
 from .world_scenes import add_world
@@ -45,7 +45,7 @@ def picture_of(stage, data, engine, matters, ior=1.56, **variation):
         responses.append(answering(addon, matter, lambda tree, _: tree.vector(0.0, 0.0, 0.0)))
         addon.matter_nodes.note_matter(responses[-1].group, parse(matter), "D65")
     group = addon.skin.group_around("base", responses[0], shadows=False, lights="LAMPS")
-    addon.skin.set_variation(group, addon.variation.Variation(**variation), responses[1:])
+    addon.skin.set_variation(group, addon.grating.Variation(**variation), responses[1:])
     material, tree = stage.material("Base")
     data.materials.clear()
     data.materials.append(material)

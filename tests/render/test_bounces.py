@@ -72,7 +72,7 @@ def test_a_rough_floor_shows_the_diffraction_of_a_rough_grating(wall, stage):
     hundredth of the picture."""
     blurred = wall("ShaderNodeBsdfAnisotropic", 16, Roughness=0.02)
     emptied()
-    held = stage.addon.light_masks.ROUGHNESS
+    held = stage.addon.lamp_choice.ROUGHNESS
     expected = wall("ShaderNodeBsdfAnisotropic", 16, Roughness=0.0, grating_roughness=held)
     assert np.abs(blurred - expected).mean() < 0.02 * expected.mean()
 
@@ -110,5 +110,5 @@ def test_a_disc_in_a_rough_floor(floor, stage, monkeypatch):
     around = np.delete(windows.reshape(*luminance.shape, 9), 4, axis=-1)
     assert (luminance / np.median(around, axis=-1)).max() < 2.5
     emptied()
-    monkeypatch.setattr(stage.addon.light_masks, "ROUGHNESS", 0.0)
+    monkeypatch.setattr(stage.addon.lamp_choice, "ROUGHNESS", 0.0)
     assert luminance.mean() == pytest.approx((floor(0.3, 64) @ LUMINANCE).mean(), rel=0.06)

@@ -150,7 +150,7 @@ def test_a_linked_material_of_fewer_lamps_says_so(files, baked):
     other_file(files)
     bring_by_operator(path, "Object", "Plane", link=True)
     scene = bpy.context.scene
-    told = files.addon.following_lamps.warnings_about(scene, bpy.context.evaluated_depsgraph_get())
+    told = files.addon.lighting.warnings_about(scene, bpy.context.evaluated_depsgraph_get())
     assert told == ["Diffraction blazed: linked with only 1 of 2 lamps; make it local"]
 
 
@@ -160,5 +160,5 @@ def test_a_linked_material_that_shows_left_out_lamps_says_so(files, skin):
     other_file(files)
     bring_by_operator(path, "Object", "Plane", link=True)
     assert bpy.ops.grating.count_lamp(lamp="Point") == {"FINISHED"}
-    told = files.addon.following_lamps.warnings_about(bpy.context.scene, bpy.context.evaluated_depsgraph_get())
+    told = files.addon.lighting.warnings_about(bpy.context.scene, bpy.context.evaluated_depsgraph_get())
     assert told == ["Diffraction blazed: linked, so it shows lamps that you leave out; make it local"]

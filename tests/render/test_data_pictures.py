@@ -60,7 +60,7 @@ def test_simplify_spoils_a_table_and_is_told(lit, addon, setting, value, remedy)
     set_to(lit.scene.cycles, **{setting: value})()
     changed, told = change_and_told(lit, addon, "cycles", set_to(lit.scene.render, use_simplify=True))
     assert changed > 0.1 and len(told) == 1 and remedy in told[0]
-    assert addon.following_lamps.warnings_about(lit.scene, bpy.context.evaluated_depsgraph_get()) == told
+    assert addon.lighting.warnings_about(lit.scene, bpy.context.evaluated_depsgraph_get()) == told
     lit.scene.render.use_simplify = False
     assert addon.data_pictures.resampled_pictures(lit.scene) == []
 

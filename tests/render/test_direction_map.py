@@ -30,7 +30,7 @@ def test_a_frame_map_shows_the_colours_of_its_source(stage, baked, kind):
     bpy.ops.grating.unwrap(size=512, padding=8)
     if kind == "STORED":
         assert stage.scene.natural_gratings.active().frame_kind == "UV_MAP"
-    told = stage.addon.baking_direction_maps.bake_direction_map(bpy.context, mesh, uv_map="Unwrapped", size=512)
+    told = stage.addon.combing.bake_direction_map(bpy.context, mesh, uv_map="Unwrapped", size=512)
     assert len(told) == 1 and stage.scene.natural_gratings.active().frame_kind == "FRAME_MAP"
     for engine in engines:
         error = relative_error(stage.rgb(engine, PIXELS), before[engine])

@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 import pytest
 
-from precompute.colour.drawn_wavelengths import wavelength_quantiles
+from precompute.colour.observer import wavelength_quantiles
 from precompute.optics.coherence import REFERENCE_WAVELENGTH_M
 from precompute.table import sample_set
 from tests.precompute.chi_square import LIMIT, equal_cells, unlikeliness

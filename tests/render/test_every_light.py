@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from laboratory.benchmarks.hemisphere import directional_albedo, directional_albedo_xyz
-from precompute.colour.working_space import rgb_from_xyz
-from precompute.optics.fresnel import fresnel_reflectance
+from precompute.colour.spaces import rgb_from_xyz
+from precompute.optics.brdf import fresnel_reflectance
 from precompute.optics.plate import NO_PLATE
 from tests.addon.worlds.made import world_with
 

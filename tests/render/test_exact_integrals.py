@@ -8,7 +8,7 @@ from laboratory.benchmarks import lights_area, lights_truth
 from laboratory.benchmarks import lights_scenes as scenes
 from laboratory.benchmarks.hemisphere import Surface, directional_albedo, hemisphere, without_mirror
 from laboratory.benchmarks.lights_worlds import Worlds
-from precompute.world_sources.panorama import panorama_cells
+from precompute.world_sources.sources import panorama_cells
 
 
 @pytest.fixture

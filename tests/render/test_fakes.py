@@ -8,7 +8,7 @@ import pytest
 from laboratory.benchmarks import lights_fakes as fakes
 from laboratory.benchmarks import lights_scenes as scenes
 from laboratory.benchmarks.lights_worlds import Worlds
-from precompute.colour.working_space import rgb_from_xyz
+from precompute.colour.spaces import rgb_from_xyz
 from precompute.methods.gem import Gem
 from precompute.methods.method import Settings
 
@@ -34,7 +34,7 @@ def shown(studio, material, degrees: float) -> np.ndarray:
     sun = bpy.data.objects.new("Sun", data)
     sun.rotation_euler = (0, np.radians(degrees), 0)
     studio.scene.collection.objects.link(sun)
-    studio.addon.following_lamps.update_lamps(studio.scene)
+    studio.addon.lighting.update_lamps(studio.scene)
     studio.mesh.material_slots[0].material = material
     return studio.render("cycles", 64)[1].mean(axis=(0, 1))
 

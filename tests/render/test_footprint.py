@@ -28,7 +28,7 @@ def test_on_a_ball_it_is_the_closed_form(stage, engine, projection):
     """Normals turn by 1 / R across the view, and by 1 / (R cosine) where the ball curves away from it."""
     mesh = ball(stage)
     material, tree = stage.material("Footprint")
-    emission = tree.node("ShaderNodeEmission", stage.addon.footprint.with_footprint(tree, 0.0), 1.0)
+    emission = tree.node("ShaderNodeEmission", stage.addon.skin_nodes.with_footprint(tree, 0.0), 1.0)
     tree.node("ShaderNodeOutputMaterial", tree.value(emission.outputs[0]))
     mesh.data.materials.append(material)
     distance = 4.0
@@ -55,14 +55,14 @@ def test_a_spike_is_blurred_no_more_than_by_four_degrees(stage, engine):
     thick = 2 * RADIUS * 0.01
     mesh.scale, mesh.location = (0.01, 0.01, 1.0), (thick / 2, 0, 0)
     material, tree = stage.material("Footprint")
-    emission = tree.node("ShaderNodeEmission", stage.addon.footprint.with_footprint(tree, 0.0), 1.0)
+    emission = tree.node("ShaderNodeEmission", stage.addon.skin_nodes.with_footprint(tree, 0.0), 1.0)
     tree.node("ShaderNodeOutputMaterial", tree.value(emission.outputs[0]))
     mesh.data.materials.append(material)
     stage.camera((0, -4, 0), ortho=thick * PIXELS)
     found = stage.rgb(engine, PIXELS)[..., 0]
     # Single precision, and half floats in EEVEE.
     rel = 1e-5 if engine == "cycles" else 2.0**-10
-    assert found.max() == pytest.approx((2 * stage.addon.footprint.MOST) ** 0.25, rel=rel)
+    assert found.max() == pytest.approx((2 * stage.addon.skin_nodes.MOST) ** 0.25, rel=rel)
 
 
 @pytest.mark.short("cycles", "samples2")
@@ -73,7 +73,7 @@ def test_it_shrinks_with_the_samples(stage, engine, samples, shrinks):
     """In Cycles the filter's variance divided by the samples. EEVEE uses four samples' value up to sixteen."""
     mesh = ball(stage)
     material, tree = stage.material("Footprint")
-    emission = tree.node("ShaderNodeEmission", stage.addon.footprint.with_footprint(tree, 0.0), 1.0)
+    emission = tree.node("ShaderNodeEmission", stage.addon.skin_nodes.with_footprint(tree, 0.0), 1.0)
     tree.node("ShaderNodeOutputMaterial", tree.value(emission.outputs[0]))
     mesh.data.materials.append(material)
     stage.camera((0, -4, 0), ortho=0.2)
@@ -97,7 +97,7 @@ def test_few_samples_are_nearer_to_the_mean(stage, skin, engine):
 
     def seen(counts, engine, samples):
         grating.footprint = counts
-        stage.addon.following_settings.follow_settings()
+        stage.addon.making_materials.follow_settings()
         return stage.rgb(engine, PIXELS, samples)
 
     truth = seen(False, "cycles", 512)
@@ -116,10 +116,10 @@ def test_close_by_nothing_changes(stage, baked):
     assign(stage, mesh, baked[0])
     (grating,) = stage.scene.natural_gratings.items
     grating.footprint = True
-    stage.addon.following_settings.follow_settings()
+    stage.addon.making_materials.follow_settings()
     on = stage.rgb("cycles", PIXELS, 64)
     grating.footprint = False
-    stage.addon.following_settings.follow_settings()
+    stage.addon.making_materials.follow_settings()
     off = stage.rgb("cycles", PIXELS, 64)
     assert off.max() > 0
     np.testing.assert_allclose(on, off, atol=0.01 * off.max())

@@ -57,7 +57,7 @@ def pair(stage, addon, request):
         shader = tree.node("ShaderNodeBsdfDiffuse")
         shader.inputs["Color"].default_value = (1, 1, 1, 1)
         tree.node("ShaderNodeOutputMaterial", tree.value(shader.outputs[0]))
-        addon.following_lamps.update_lamps(stage.scene)
+        addon.lighting.update_lamps(stage.scene)
         group = addon.skin.group_around("lambertian", lambertian(addon), shadows=False)
         ours, tree = stage.material("Ours")
         tree.node("ShaderNodeOutputMaterial", tree.group(group, {"IOR": 1.0})["Shader"])

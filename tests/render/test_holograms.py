@@ -49,7 +49,7 @@ def shown(stage, plane, engine, group, **values):
 
 
 def test_dot_matrix_has_square_cells_with_uniform_numbers(stage, plane):
-    group = stage.addon.pattern_nodes.pattern_group("DOT_MATRIX")
+    group = stage.addon.hologram_nodes.pattern_group("DOT_MATRIX")
     choice = {"Cells": CELLS, "Turn": 0.4, "Period_Spread": 2.0}
     for engine in ENGINES:
         turn, stretch, share = shown(stage, plane, engine, group, **choice)
@@ -70,7 +70,7 @@ def test_dot_matrix_has_square_cells_with_uniform_numbers(stage, plane):
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_cells_keep_square_on_a_wide_map(stage, plane, engine):
-    group = stage.addon.pattern_nodes.pattern_group("DOT_MATRIX")
+    group = stage.addon.hologram_nodes.pattern_group("DOT_MATRIX")
     turn, *_ = shown(stage, plane, engine, group, Cells=CELLS, Aspect=0.5)
     steps = [(np.abs(np.diff(turn, axis=axis)).max(axis=1 - axis) > 0.01).sum() for axis in (0, 1)]
     assert steps == [CELLS / 2 - 1, CELLS - 1]
@@ -79,7 +79,7 @@ def test_cells_keep_square_on_a_wide_map(stage, plane, engine):
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("sectors", [0, 7])
 def test_sunburst_points_outwards(stage, plane, engine, sectors):
-    group = stage.addon.pattern_nodes.pattern_group("SUNBURST")
+    group = stage.addon.hologram_nodes.pattern_group("SUNBURST")
     choice = {"Twist": 0.3, "Sectors": sectors, "Center_X": 0.25, "Aspect": 0.8, "Period_Spread": 1.5}
     turn, stretch, _ = shown(stage, plane, engine, group, **choice)
     u, v = uv()
@@ -100,7 +100,7 @@ def test_sunburst_points_outwards(stage, plane, engine, sectors):
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_crystal_has_shards_with_one_number_each(stage, plane, engine):
-    group = stage.addon.pattern_nodes.pattern_group("CRYSTAL")
+    group = stage.addon.hologram_nodes.pattern_group("CRYSTAL")
     turn, stretch, _ = shown(stage, plane, engine, group, Shards=4.0, Turn=1.0, Period_Spread=2.0)
     flat = np.abs(np.diff(turn, axis=1)) < SHOWN * TOLERANCE
     # An edge of a shard crosses a line of pixels at most about twice per shard and line.
@@ -119,8 +119,8 @@ def test_a_picture_s_hue_turns_and_its_value_dims(stage, plane, engine, cells, t
     picture[:16, :16], picture[:16, 16:] = (0, 255, 0, 255), (191, 127, 255, 255)
     picture[16:, :16], picture[16:, 16:] = (128, 128, 128, 255), (255, 0, 0, 51)
     Image.fromarray(picture).save(tmp_path / "quarters.png")
-    image = stage.addon.hologram_picture.load_picture(str(tmp_path / "quarters.png"))
-    group = stage.addon.pattern_nodes.pattern_group("PICTURE", image)
+    image = stage.addon.hologram_nodes.load_picture(str(tmp_path / "quarters.png"))
+    group = stage.addon.hologram_nodes.pattern_group("PICTURE", image)
     values = np.stack(shown(stage, plane, engine, group, Cells=cells, Saturated_Period=2.0))
     # Away from the quarters' edges, over which the cubic filter reaches two pixels of the picture's 32.
     middle = [values[:, y, x] for y in (PIXELS // 4, 3 * PIXELS // 4) for x in (PIXELS // 4, 3 * PIXELS // 4)]
@@ -144,7 +144,7 @@ def test_a_still_dot_matrix_and_a_plain_hue_are_the_plain_picture(stage, plane, 
     plane.data.materials.append(material)
     group = addon.skin.group_around("gold", response, shadows=False, lights="LAMPS")
     tree.node("ShaderNodeOutputMaterial", tree.group(group)["Shader"])
-    addon.following_lamps.update_all_lamps()
+    addon.lighting.update_all_lamps()
     (node,) = addon.material.diffraction_nodes(material)
     node.inputs["Roughness"].default_value = 0.3
 
@@ -154,7 +154,7 @@ def test_a_still_dot_matrix_and_a_plain_hue_are_the_plain_picture(stage, plane, 
     plain = picture()
     assert plain.max() > 0
     still = {"Cells": 8.0, "Turn": 0.0, "Period Spread": 1.0}
-    addon.hologram_nodes.put_hologram(node, addon.pattern_nodes.pattern_group("DOT_MATRIX"), still)
+    addon.hologram_nodes.put_hologram(node, addon.hologram_nodes.pattern_group("DOT_MATRIX"), still)
     # The same constants reach the same formula. The power of 1 and the sum with 0 are exact up to rounding, which moves
     # a reading of the table by 1e-6 of a texel; EEVEE's picture is in half floats.
     tolerance = {"rtol": 2**-10, "atol": 2**-10 * plain.max()}
@@ -164,6 +164,6 @@ def test_a_still_dot_matrix_and_a_plain_hue_are_the_plain_picture(stage, plane, 
     turned = picture()
     assert np.abs(turned - plain).max() > 0.1 * plain.max(), "the direction matters"
     node.inputs["Rotation"].default_value = 0.0
-    image = addon.hologram_picture.load_picture(str(tmp_path / "cyan.png"))
-    addon.hologram_nodes.put_hologram(node, addon.pattern_nodes.pattern_group("PICTURE", image), {"Cells": 8.0})
+    image = addon.hologram_nodes.load_picture(str(tmp_path / "cyan.png"))
+    addon.hologram_nodes.put_hologram(node, addon.hologram_nodes.pattern_group("PICTURE", image), {"Cells": 8.0})
     np.testing.assert_allclose(picture(), turned, **tolerance)

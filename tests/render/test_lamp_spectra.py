@@ -11,15 +11,13 @@ import bpy
 import numpy as np
 import pytest
 
-from precompute.bake.bake_folder import bake_to_folder
 from precompute.bake.ensemble import bake
+from precompute.bake.make import bake_to_folder
 from precompute.bake.request import BakeRequest, Scan
-from precompute.colour.difference import delta_e_2000, lab
-from precompute.colour.gamut import shown_rgb
+from precompute.colour.channels import row_of
 from precompute.colour.illuminants import canonical
-from precompute.colour.lamp_table import row_of
 from precompute.colour.observer import white_xyz
-from precompute.colour.working_space import lamp_rgb, rgb_over_lamp
+from precompute.colour.spaces import delta_e_2000, lab, lamp_rgb, rgb_over_lamp, shown_rgb
 from precompute.surface.relief import prepare
 from precompute.table.radiance import reflected_xyz
 from tests.addon.worlds.made import painted, world_with

@@ -17,12 +17,12 @@ def test_the_groups_are_the_picture_once_the_object_has_one(stage, baked):
     for name in BEFORE:
         stage.scene.objects[name].lightgroup = "Lamps"
     stage.render(pixels=8)
-    (told,) = stage.addon.group_users.outside_light_groups(stage.scene)
+    (told,) = stage.addon.material.outside_light_groups(stage.scene)
     assert told.startswith("no light group has the diffraction of Plane; give the object a light group of its own")
-    assert told in stage.addon.following_lamps.warnings_about(stage.scene, bpy.context.evaluated_depsgraph_get())
+    assert told in stage.addon.lighting.warnings_about(stage.scene, bpy.context.evaluated_depsgraph_get())
     assert _missing(stage) > 0.1
     plane.lightgroup = "Diffraction"
-    assert stage.addon.group_users.outside_light_groups(stage.scene) == []
+    assert stage.addon.material.outside_light_groups(stage.scene) == []
     assert abs(_missing(stage)) < 1e-3  # passes may be half floats
 
 

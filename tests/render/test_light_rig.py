@@ -10,10 +10,10 @@ import pytest
 from precompute.bake.ensemble import bake
 from precompute.bake.request import BakeRequest
 from precompute.measure.light_directions import colour_of
-from precompute.reflectance.matter_text import parse
+from precompute.reflectance.matter import parse
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import prepare
-from precompute.table import atlas, atlas_file
+from precompute.table import atlas
 
 from .lamp_scenes import add_grating
 
@@ -27,7 +27,7 @@ def compact_disc(tmp_path_factory):
     asked = BakeRequest(coherence_length_m=8e-6, matter=parse("plate 1.585, mirror"))
     relief = prepare(read_height_map("sample:cd"), plate_ior=asked.matter.plate_ior)
     path = tmp_path_factory.mktemp("rig") / "cd.exr"
-    atlas_file.write_together({path: atlas.pack(bake(relief, asked))}, {"request": asked.as_dict()})
+    atlas.write_together({path: atlas.pack(bake(relief, asked))}, {"request": asked.as_dict()})
     return path
 
 

@@ -5,8 +5,8 @@ import bpy
 import numpy as np
 import pytest
 
-from precompute.colour.working_space import rgb_from_xyz
-from precompute.optics.fresnel import KERATIN_IOR, fresnel_reflectance
+from precompute.colour.spaces import rgb_from_xyz
+from precompute.optics.brdf import KERATIN_IOR, fresnel_reflectance
 
 from .conftest import clear
 from .lamp_scenes import ENGINES

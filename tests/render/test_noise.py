@@ -11,8 +11,8 @@ import bpy
 import numpy as np
 import pytest
 
-from precompute.colour.drawn_wavelengths import drawn_weight, wavelength_quantiles
-from precompute.colour.working_space import rgb_from_xyz
+from precompute.colour.observer import drawn_weight, wavelength_quantiles
+from precompute.colour.spaces import rgb_from_xyz
 from precompute.optics.brdf import scattering_factor
 from precompute.table import sample_set
 

@@ -9,13 +9,13 @@ import pytest
 
 from devtools.extension import AddonModules
 from laboratory.benchmarks.osl import PlaneView, render, set_up_cycles
-from precompute.colour.working_space import rgb_from_xyz
+from precompute.colour.spaces import rgb_from_xyz
 from precompute.methods import dft_images
 from precompute.methods.dft_images import settings_for
 from precompute.methods.method_registry import METHODS
 from precompute.surface.relief import prepare
 from precompute.surface.samples.ruled_gratings import blazed, sinusoidal
-from precompute.table.atlas_file import write_together
+from precompute.table.atlas import write_together
 
 TO_SUN = np.array([0.3, -0.15, 1.0]) / np.linalg.norm([0.3, -0.15, 1.0])
 # The plane's tangent frame is turned, so that none of its axes is a world axis.

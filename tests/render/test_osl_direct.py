@@ -7,8 +7,8 @@ import bpy
 import numpy as np
 import pytest
 
-from precompute.table import atlas, atlas_file
-from precompute.table.atlas_file import read_header
+from precompute.table import atlas
+from precompute.table.atlas import read_header
 
 from .test_radiance import PIXELS, RGB_FROM_XYZ, TURN, assign, expected, head_on, relative_error, shape
 from .test_shadows import shaded
@@ -65,7 +65,7 @@ def middle(baked, tmp_path):
         wider=(),
     )
     image, layout = atlas.pack(part)
-    atlas_file.write_together({path: (image, layout)}, {})
+    atlas.write_together({path: (image, layout)}, {})
     return path, atlas.unpack(image, layout)
 
 

@@ -11,7 +11,7 @@ from precompute.bake.make import make
 from precompute.bake.request import BakeRequest
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import prepare
-from precompute.table.atlas_file import write_together
+from precompute.table.atlas import write_together
 
 
 @pytest.fixture

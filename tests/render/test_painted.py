@@ -31,8 +31,8 @@ def test_the_mask_scales_the_strength(stage, plane, engine, by):  # noqa: F811
         row = (np.arange(PIXELS) + 0.5) / PIXELS
         mask.pixels.foreach_set(np.stack([row, row, row, np.ones(PIXELS)], axis=-1).astype(np.float32).ravel())
         mask.pack()
-    addon.painted_inputs.put_paint(node.inputs["Strength"], mask)
-    addon.following_lamps.update_all_lamps()
+    addon.group_properties.put_paint(node.inputs["Strength"], mask)
+    addon.lighting.update_all_lamps()
     picture = stage.rgb(engine, PIXELS)
     x = (np.arange(PIXELS) + 0.5) / PIXELS
     # The texture is linear between its pixels, and both are linear in x.

@@ -15,14 +15,13 @@ import pytest
 from precompute.bake.ensemble import bake
 from precompute.bake.needs import EVERYTHING, Needs
 from precompute.bake.request import BakeRequest
-from precompute.colour.gamut import shown_rgb
 from precompute.colour.observer import spectral_weights, wavelengths
-from precompute.colour.working_space import rgb_from_xyz
+from precompute.colour.spaces import rgb_from_xyz, shown_rgb
 from precompute.maps import brdf_map
 from precompute.optics.region import Region
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import Relief, prepare
-from precompute.table import atlas, atlas_file
+from precompute.table import atlas
 from precompute.table.radiance import lamp_radiance
 from precompute.table.table import Table
 
@@ -52,7 +51,7 @@ def bakes(tmp_path_factory):
             relief = prepare(read_height_map(f"sample:{name}"))
             image, layout = atlas.pack(bake(relief, BakeRequest(needs=needs)))
             path = folder / f"{name}{len(made)}.exr"
-            atlas_file.write_together({path: (image, layout)}, {})
+            atlas.write_together({path: (image, layout)}, {})
             made[name, needs] = Baked(relief, atlas.unpack(image, layout), path)
         return made[name, needs]
 

@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 import pytest
 
-from precompute.colour.working_space import rgb_from_xyz
+from precompute.colour.spaces import rgb_from_xyz
 from precompute.table.radiance import Skin, lamp_radiance
 from precompute.table.table import Table
 from sample_scenes.snake import build_snake

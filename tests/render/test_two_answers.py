@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Two answers in place of one for each lamp (addon/materials/two_answers.py): the same light with little noise."""
+"""Two answers in place of one for each lamp (addon/materials/lamp_choice.py): the same light with little noise."""
 
 import bpy
 import numpy as np

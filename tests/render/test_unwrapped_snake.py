@@ -4,8 +4,7 @@
 import bpy
 import numpy as np
 
-from precompute.colour.difference import delta_e_2000, lab
-from precompute.colour.working_space import rgb_from_xyz
+from precompute.colour.spaces import delta_e_2000, lab, rgb_from_xyz
 
 from .test_radiance import assign
 

@@ -39,9 +39,9 @@ def shown(stage, mesh, engine, responses, **choice):
     mesh.data.materials.clear()
     mesh.data.materials.append(material)
     group = stage.addon.skin.group_around("varied", first, shadows=False, lights="LAMPS")
-    stage.addon.skin.set_variation(group, stage.addon.variation.Variation(**choice), others)
+    stage.addon.skin.set_variation(group, stage.addon.grating.Variation(**choice), others)
     tree.node("ShaderNodeOutputMaterial", tree.group(group, {"Base Blend": 0.0})["Shader"])
-    stage.addon.following_lamps.update_all_lamps()
+    stage.addon.lighting.update_all_lamps()
     return stage.rgb(engine, PIXELS)
 
 
@@ -137,7 +137,7 @@ def test_where_one_has_all_it_answers_as_it_does_alone(stage, skin, deep_skin, p
     alone.append(stage.rgb("cycles", 16, samples=4))
     assert np.abs(alone[1] - alone[0]).max() > 0.01 * alone[0].max(), "the two surfaces differ"
     node.node_tree = group = addon.skin.group_around("both", first, shadows=False, lights=lights)
-    choice = addon.variation.Variation((0.5,), "ATTRIBUTE", "whole")
+    choice = addon.grating.Variation((0.5,), "ATTRIBUTE", "whole")
     addon.skin.set_variation(group, choice, [second])
     for value, wanted in zip((0.0, 1.0), alone, strict=True):
         plane.data.attributes["whole"].data.foreach_set("value", [value] * 4)
@@ -150,5 +150,5 @@ def _material_with(stage, mesh, group):
     mesh.data.materials.clear()
     mesh.data.materials.append(material)
     tree.node("ShaderNodeOutputMaterial", tree.group(group)["Shader"])
-    stage.addon.following_lamps.update_all_lamps()
+    stage.addon.lighting.update_all_lamps()
     return [node for node in material.node_tree.nodes if node.type == "GROUP"]

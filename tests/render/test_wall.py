@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from precompute.cli import parser
-from precompute.colour.gamut import shown_rgb
 from precompute.colour.observer import mirror_xyz
-from precompute.colour.working_space import rgb_from_xyz
+from precompute.colour.spaces import rgb_from_xyz, shown_rgb
 from sample_scenes import wall
 
 from .lamp_scenes import add_grating

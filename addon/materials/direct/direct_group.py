@@ -25,7 +25,7 @@ A bake with more channels than XYZ has one more input, Spectrum: the lamp's row 
     Lo = E [ 4 cos(ti)^2 cos(tr) Q p^2 c^2 sum_k f_k(t(c w)) B_k(p u, p v) + z R Z(c w) kernel(wi, wr) ]
 
 This is f * E * cos(ti) of a dielectric (docs/theory.md); the w^2 of its factor cancels the table's. Q is the small
-slope reflectance (small_slope_nodes.py), R Fresnel's. The table of a metal or a film holds its reflectance. It has Q /
+slope reflectance (atlas_nodes.py), R Fresnel's. The table of a metal or a film holds its reflectance. It has Q /
 R at the layout's ratio_ior (precompute/optics/brdf.py) in place of Q, and 1 in place of R. The f_k are functions of w,
 stored as sums of Chebyshev polynomials. The kernel is that of the lamp's image in a mirror
 (precompute/optics/mirror_image.py). Under a plate, the scattered light has the directions inside it, and is multiplied
@@ -46,16 +46,22 @@ import bpy
 import numpy as np
 
 from ....precompute.table.atlas import Layout
-from ...nodes.arrange import arrange
 from ...nodes.builder import Tree, Value
-from ...nodes.interface import add_interface
-from ..atlas_nodes import AtlasTable, mirror_gain, scattered_gain, zero_order_at
-from ..gamut_nodes import shown_rgb
-from ..lamp_table_nodes import LampColours
-from ..plate_nodes import Plate
+from ...nodes.interface import add_interface, arrange
+from ..atlas_nodes import (
+    AtlasTable,
+    Direction,
+    LampColours,
+    dielectric_ior,
+    mirror_gain,
+    scattered_gain,
+    shown_rgb,
+    small_slope_over_fresnel,
+    small_slope_reflectance,
+    zero_order_at,
+)
+from ..matter_nodes import Plate
 from ..response import QUESTION, RADIANCES, SPECTRAL_RADIANCES, SPECTRUM, Response
-from ..small_slope_nodes import dielectric_ior, small_slope_over_fresnel, small_slope_reflectance
-from ..tangent_space import Direction
 from .mirror_kernel_nodes import mirror_kernel
 
 GROUP_PREFIX = "Diffraction Direct"
@@ -69,7 +75,7 @@ def build_direct_group(
     lamp_table: bpy.types.Image | None = None,
 ) -> Response:  # fmt: skip
     """The response of one bake. `image` holds its atlas; rgb_from_xyz (3, 3) converts to the scene's linear space.
-    `lamp_table` (lamp_table_nodes.py) is for a bake with more channels than XYZ."""
+    `lamp_table` (atlas_nodes.py) is for a bake with more channels than XYZ."""
     group = bpy.data.node_groups.new(f"{GROUP_PREFIX} {name}", "ShaderNodeTree")
     if lamp_table is None:
         add_interface(group, QUESTION, RADIANCES)

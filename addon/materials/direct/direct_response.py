@@ -7,15 +7,14 @@ from pathlib import Path
 import bpy
 
 from ....precompute.base.failure import GratingError, printable
-from ....precompute.colour.working_space import rgb_from_xyz
-from ....precompute.table.atlas_file import matter_in, read_sound_header
+from ....precompute.colour.spaces import rgb_from_xyz
+from ....precompute.table.atlas import matter_in, read_sound_header
 from ....precompute.table.sample_set import path_beside
 from ....precompute.table.sample_set import read_sound_header as read_sound_set_header
 from ...blender.working_space import working_space
+from ..atlas_nodes import lamp_table_image
 from ..lamp_errors import note_lamp_errors
-from ..lamp_table_nodes import lamp_table_image
-from ..lobes.lobes_group import build_world_group
-from ..lobes.random_draw import SampleSetNodes, reflectance_image, wavelengths_image
+from ..lobes.lobes_group import SampleSetNodes, build_world_group, reflectance_image, wavelengths_image
 from ..matter_nodes import note_matter
 from ..pictures import content_of, note_content, note_pictures, picture_of
 from ..response import Response, note_working_space

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from ....precompute.optics.mirror_image import EDGE, ENDS, LEAST_Q, LEAST_VARIANCE
 from ...nodes.builder import Tree, Value
-from ..tangent_space import Direction
+from ..atlas_nodes import Direction
 
 
 @dataclass(frozen=True)

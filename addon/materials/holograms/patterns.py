@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The patterns of holograms and their inputs. The nodes are in pattern_nodes.py.
+"""The patterns of holograms and their inputs. The nodes are in hologram_nodes.py.
 
 Saved .blend files contain the identifiers and the names of the inputs, so they must not change."""
 

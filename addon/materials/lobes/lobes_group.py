@@ -21,7 +21,7 @@ reflectance at the drawn wavelength and the half angle, F Fresnel's at the layou
 table's colour below has no brightness, so the table's own R does not count.
 The frequency q is drawn from the sample set (precompute/table/sample_set.py), which also gives its weight W. The
 wavelength lambda is drawn in proportion to the observer's X + Y + Z, whose integral is D
-(precompute/colour/drawn_wavelengths.py). They determine the direction wi: its tangential part is lambda q / p minus the
+(precompute/colour/observer.py). They determine the direction wi: its tangential part is lambda q / p minus the
 view's. The colour of a single wavelength would be out of gamut and different in each draw. So a draw shows the table's
 colour in its direction, the mean over all wavelengths from there. The other symbols are defined in
 direct/direct_group.py.
@@ -35,30 +35,272 @@ the skin's roughness r: alpha^2 = 2 sigma_b^2 / w^2 + r^4. This is exact for a B
 may already include a part of the kernel (blur_q), which is subtracted here. If Sharp is 1, the kernel moves the
 direction at random instead, and the closure is a perfect mirror. The place where the colour is read moves in both
 cases, so that the colours of many draws add up correctly. A wide closure cannot tell in which of its directions the
-light is, so with it the kernel blurs the colours twice."""
+light is, so with it the kernel blurs the colours twice.
+
+Drawing a random texel of a sample set and a random wavelength in each shading sample.
+
+The White Noise node turns the shaded position into three random numbers. Positions differ, so each sample is a new
+draw. Two numbers choose a texel, and the third chooses a wavelength.
+
+A baked surface and the direction to its viewer, as the nodes of the World group use them.
+
+The mirror image (the zero order) of a baked surface, as the colour of one glossy closure around its normal.
+
+The closure is as rough as the skin, so Blender blurs the image by the lamp's disc and the roughness alone. Its colour
+is what the zero order reflects along the mirror direction of the viewer."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
+from statistics import NormalDist
 
 import bpy
 import numpy as np
 
-from ....precompute.colour.drawn_wavelengths import drawn_weight
+from ....precompute.colour.observer import drawn_weight, wavelength_quantiles
+from ....precompute.reflectance.matter import Matter
 from ....precompute.table.atlas import Layout
-from ...nodes.arrange import arrange
+from ....precompute.table.sample_set import SampleSetLayout
+from ...blender import stored
 from ...nodes.builder import Tree, Value
-from ...nodes.interface import add_interface
-from ..atlas_nodes import AtlasTable
-from ..gamut_nodes import shown_rgb
-from ..lamp_table_nodes import LampColours
-from ..plate_nodes import FACE_ROUGHNESS
+from ...nodes.interface import add_interface, arrange
+from ..atlas_nodes import (
+    AtlasTable,
+    Direction,
+    LampColours,
+    dielectric_ior,
+    mirror_gain,
+    scattered_gain,
+    shown_rgb,
+    small_slope_over_fresnel,
+    small_slope_reflectance,
+    zero_order_at,
+)
+from ..matter_nodes import FACE_ROUGHNESS, Plate
+from ..pictures import fault_of, note_content, picture_of
 from ..response import SPECTRAL_WORLD_ANSWER, SPECTRUM, WORLD_ANSWER, WORLD_QUESTION
-from ..small_slope_nodes import dielectric_ior, small_slope_over_fresnel, small_slope_reflectance
-from ..tangent_space import Direction
-from .mirror_image import mirror_image
-from .random_draw import Draw, SampleSetNodes
-from .seen_surface import COSINE_MIN, SeenSurface
+
+# Columns and rows of the picture of wavelengths and normal numbers.
+_WAVELENGTHS, _NORMALS = 512, 16
+# Columns (wavelengths) and rows (cosines) of a picture of a reflectance.
+_COLUMNS, _ROWS = 256, 512
+# Custom property of the picture of wavelengths: what it holds.
+_ILLUMINANT = "ng_wavelengths"
+
+
+@dataclass(frozen=True)
+class Draw:
+    """A random draw.
+
+    q           both components of the frequency q, times the sample set's wavelength
+    wavelength  over the sample set's wavelength
+    normals     two independent standard normal numbers
+    weight      W / wavelength^2 of the frequency over the layout's scale, as a function of s times the sample set's
+                wavelength
+    reflectance the matter's reflectance at the drawn wavelength, as a function of the half angle's cosine; 1 without
+                a picture of it"""
+
+    q: tuple[Value, Value]
+    wavelength: Value
+    normals: tuple[Value, Value]
+    weight: Callable[[Value], Value]
+    reflectance: Callable[[Value], Value | float]
+
+
+@dataclass(frozen=True)
+class SampleSetNodes:
+    """A sample set for nodes: its picture, the picture's layout, the picture of wavelengths and normal numbers, and the
+    picture of the reflectance if the table holds its matter's."""
+
+    image: bpy.types.Image
+    layout: SampleSetLayout
+    wavelengths: bpy.types.Image
+    reflectance: bpy.types.Image | None = None
+
+    def add_to(self, tree: Tree, place: Value) -> Draw:
+        """Add nodes that draw at random by the shaded position."""
+        layout = self.layout
+        noise = tree.node("ShaderNodeTexWhiteNoise", place, noise_dimensions="3D")
+        x, y, share = _parts(tree, tree.value(noise.outputs["Color"]))
+        # The digits of x below the width of a texel, which it chooses, are a further random number.
+        further = tree.math("FRACT", x * float(layout.size))
+        drawn, _ = _look_up(tree, self.wavelengths, tree.vector(share, further, 0.0), label="Wavelength")
+        wavelength, *normals = _parts(tree, drawn)
+        x, y = x * (1 / layout.columns), y * (1 / layout.rows)
+        rounded, alpha = _look_up(tree, self.image, tree.vector(x, y, 0.0), label="q")
+        red, green, blue = _parts(tree, rounded)
+
+        def weight(s: Value) -> Value:
+            along = s.times_plus(layout.pieces / layout.s_last, 1.0)
+            tile = tree.minimum(tree.math("FLOOR", along), float(layout.pieces)) if layout.pieces > 1 else None
+            t = (along - (1.0 if tile is None else tile)).times_plus(2.0, -1.0)
+            colour, third = _look_up(tree, self.image, _in_tile(tree, (x, y), layout, tile), label="W")
+            zeroth, first, second = _parts(tree, colour)
+            return third.times_plus(t, second).times_plus(t, first).times_plus(t, zeroth)
+
+        def reflectance(cosine: Value) -> Value | float:
+            if self.reflectance is None:
+                return 1.0
+            return _parts(tree, tree.image(self.reflectance, tree.vector(share, cosine, 0.0), "Reflectance"))[0]
+
+        return Draw((red + blue, green + alpha), wavelength, (normals[0], normals[1]), weight, reflectance)
+
+
+def _in_tile(tree: Tree, texel: tuple[Value, Value], layout: SampleSetLayout, tile: Value | None) -> Value:
+    """The place in the picture of a texel of tile 0 in another tile; None is tile 1, the only other one."""
+    x, y = texel
+    if tile is None:
+        return tree.vector(x, y + 1 / layout.rows, 0.0)
+    if layout.columns == 1:
+        return tree.vector(x, tile.times_plus(1 / layout.rows, y), 0.0)
+    row = tree.math("FLOOR", tile.times_plus(1 / layout.columns, 0.25 / layout.columns))
+    column = tile - row * float(layout.columns)
+    return tree.vector(column.times_plus(1 / layout.columns, x), row.times_plus(1 / layout.rows, y), 0.0)
+
+
+def wavelengths_image(illuminant: str, reference_m: float) -> bpy.types.Image:
+    """The file's picture of random wavelengths and normal numbers; created if needed.
+
+    Columns are wavelengths over a reference, in red, at equal steps of probability. Rows have two standard normal
+    numbers, in green and blue, which differ in each texel."""
+    held = f"{illuminant} and normals"
+    for image in bpy.data.images:
+        if stored.text(image, _ILLUMINANT) == held and image.library is None and not fault_of(image):
+            return image
+    image = bpy.data.images.new(
+        f"Wavelengths {illuminant:.40}", _WAVELENGTHS, _NORMALS, float_buffer=True, is_data=True
+    )
+    pixels = np.ones((_NORMALS, _WAVELENGTHS, 4), np.float32)
+    pixels[..., 0] = wavelength_quantiles(_WAVELENGTHS, illuminant) / reference_m
+    pixels[..., 1:3] = _even_normals(_WAVELENGTHS * _NORMALS).reshape(_WAVELENGTHS, _NORMALS, 2).swapaxes(0, 1)
+    image.pixels.foreach_set(pixels.ravel())
+    image[_ILLUMINANT] = held
+    image.pack()
+    note_content(image, f"wavelengths {held}")
+    return image
+
+
+def _even_normals(count: int) -> np.ndarray:
+    """Pairs (count, 2) of independent standard normal numbers, from Sobol's sequence: any 2^n successive pairs, from a
+    multiple of 2^n on, are evenly distributed."""
+    from ....precompute.bake.sample_draws import sobol_points  # only a new grating needs them
+
+    normal = NormalDist()
+    return np.array([normal.inv_cdf(share) for share in sobol_points(count).flat]).reshape(count, 2)
+
+
+def reflectance_image(matter: Matter, illuminant: str) -> bpy.types.Image:
+    """The file's picture of a matter's reflectance; created if needed.
+
+    Columns are wavelengths at equal steps of probability, as in wavelengths_image. Rows are cosines from 0 to 1."""
+    content = f"reflectance {matter} {illuminant}"
+    if (present := picture_of(content)) is not None:
+        return present
+    cosines = (np.arange(_ROWS) + 0.5) / _ROWS
+    reflectance = matter.reflectance(wavelength_quantiles(_COLUMNS, illuminant), cosines).T
+    image = bpy.data.images.new("Reflectance", _COLUMNS, _ROWS, float_buffer=True, is_data=True)
+    pixels = np.ones((_ROWS, _COLUMNS, 4), np.float32)
+    pixels[..., :3] = reflectance[..., None]
+    image.pixels.foreach_set(pixels.ravel())
+    image.pack()
+    note_content(image, content)
+    return image
+
+
+def _parts(tree: Tree, colour: Value) -> tuple[Value, Value, Value]:
+    """The three numbers of a colour."""
+    node = tree.node("ShaderNodeSeparateXYZ", colour)
+    red, green, blue = (tree.value(node.outputs[axis]) for axis in "XYZ")
+    return red, green, blue
+
+
+def _look_up(tree: Tree, image: bpy.types.Image, at: Value, *, label: str) -> tuple[Value, Value]:
+    """Colour and alpha of the texel nearest to a place. These texels have no meaning in between."""
+    settings = {"image": image, "interpolation": "Closest", "extension": "EXTEND"}
+    node = tree.node("ShaderNodeTexImage", at, label=label, **settings)
+    return tree.value(node.outputs["Color"]), tree.value(node.outputs["Alpha"])
+
+
+# The least cosine of a direction. At or below the horizon, the weight of a lobe is not finite.
+COSINE_MIN = 1e-4
+
+
+@dataclass(frozen=True)
+class SeenSurface:
+    """A bake in a node tree, and its viewer.
+
+    above         the direction to the viewer, above a plate
+    ior           the index of refraction of a dielectric
+    height_scale  the factor of the relief's heights"""
+
+    tree: Tree
+    image: bpy.types.Image
+    layout: Layout
+    above: Direction
+    ior: Value
+    height_scale: Value
+
+    @property
+    def plate(self) -> Plate:
+        """The plate over the relief."""
+        return Plate(self.layout.plate_ior)
+
+    @cached_property
+    def inside(self) -> Direction:
+        """The direction to the viewer, inside a plate."""
+        return self.plate.inside(self.tree, self.above)
+
+    @cached_property
+    def cosine(self) -> Value:
+        """The cosine of `inside`, at least COSINE_MIN."""
+        return self.tree.maximum(self.inside.cosine, COSINE_MIN)
+
+    @cached_property
+    def is_seen(self) -> Value:
+        """1 if the viewer is above the surface, else 0."""
+        return self.tree.math("GREATER_THAN", self.above.cosine, 0.0)
+
+    @cached_property
+    def gain(self) -> Value:
+        """What of the scattered light leaves the plate towards the viewer."""
+        return scattered_gain(self.tree, self.image, self.layout, way=self.above)
+
+    def scattered_out(self, light: Value, above: Direction) -> Value:
+        """Scattered light from a direction, times what of it leaves the plate."""
+        if not self.plate.present:
+            return light
+        gain = scattered_gain(self.tree, self.image, self.layout, way=above)
+        return light * self.tree.math("MULTIPLY", gain, self.gain)
+
+
+def mirror_image(
+    surface: SeenSurface, normal: Value, rgb_from_xyz: np.ndarray, *, of_world: LampColours | None = None
+) -> list[Value]:
+    """The colour of the closure; then the colour `of_world`, if it is given."""
+    tree = surface.tree
+    triples = surface.layout.triples if of_world is not None else 1
+    w = surface.cosine * 2.0 * surface.height_scale
+    image, layout = surface.image, surface.layout
+    channels = [zero_order_at(tree, image, layout, w=w, triple=triple) for triple in range(triples)]
+    share = _reflected(surface, normal)
+    if surface.plate.present:
+        gains = (mirror_gain(tree, image, layout, way=surface.above, triple=triple) for triple in range(triples))
+        passed = tree.squared(surface.plate.passed(tree, surface.above, surface.inside))
+        channels = [colour.times_plus(passed, gain) for colour, gain in zip(channels, gains, strict=True)]
+    colours = [shown_rgb(tree, rgb_from_xyz, channels[0])]
+    if of_world is not None:
+        colours.append(of_world.shown(channels))
+    return [tree.blend(share, 0.0, colour) for colour in colours]
+
+
+def _reflected(surface: SeenSurface, normal: Value) -> Value:
+    """The reflected share without the zero order, along the mirror direction of the viewer; 0 if that is below."""
+    if surface.layout.holds_reflectance:
+        return surface.is_seen
+    return surface.tree.fresnel(surface.ior, normal) * surface.is_seen
+
 
 GROUP_PREFIX = "Diffraction World"
 # The least X + Y + Z of the table relative to its scale, to avoid a division by 0.
@@ -73,7 +315,7 @@ def build_world_group(
     lamp_table: bpy.types.Image | None = None,
 ) -> bpy.types.NodeTree:  # fmt: skip
     """The World group of one bake, from its atlas and its sample set. rgb_from_xyz (3, 3) gives the scene's RGB.
-    `lamp_table` (lamp_table_nodes.py) is for a bake with more channels than XYZ."""
+    `lamp_table` (atlas_nodes.py) is for a bake with more channels than XYZ."""
     group = bpy.data.node_groups.new(f"{GROUP_PREFIX} {name}", "ShaderNodeTree")
     if lamp_table is None:
         add_interface(group, WORLD_QUESTION, WORLD_ANSWER)

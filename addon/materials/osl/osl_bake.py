@@ -2,7 +2,7 @@
 """The Direct group's formula (direct/direct_group.py) in Open Shading Language, for Cycles on the CPU.
 
 It has the Direct group's inputs and one output, the mix of both blur levels. The positions of the levels' tiles are
-arrays in the shader, one number per level, so the shader does not need the layout rule of tiling.py. The bake stays a
+arrays in the shader, one number per level, so the shader does not need the layout rule of table.py. The bake stays a
 separate file (see thesis_methods.py). Blender versions flip it differently; the shader detects this by one texel."""
 
 from collections.abc import Iterable
@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 
 from ....precompute.base.exr import open_picture
+from ....precompute.optics.brdf import IOR_MAX
 from ....precompute.optics.mirror_image import EDGE, ENDS, LEAST_Q, LEAST_VARIANCE
-from ....precompute.optics.small_slope import IOR_MAX
 from ....precompute.table.atlas import STRIP_ROWS, Layout
-from ....precompute.table.direction_disc import disc_texel
-from ....precompute.table.tiling import TILE_PADDING
+from ....precompute.table.plate_gains import disc_texel
+from ....precompute.table.table import TILE_PADDING
 from ..response import QUESTION, Response
 from .script import colours, file_name, joined, script_group
 

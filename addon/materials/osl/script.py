@@ -9,9 +9,8 @@ import bpy
 import numpy as np
 
 from ....precompute.base.failure import GratingError
-from ...nodes.arrange import arrange
 from ...nodes.builder import Tree
-from ...nodes.interface import Socket, add_interface
+from ...nodes.interface import Socket, add_interface, arrange
 from ..response import ONE_RADIANCE, Response
 
 GROUP_PREFIX = "Diffraction OSL"

@@ -74,7 +74,7 @@ def _told_by_blender(names: Sequence[str], folder: Path) -> Iterator[Outcome]:
 
 def main(argv: Sequence[str]) -> None:
     """Run cases in this Blender process and write the outcome of each as a line of JSON."""
-    from precompute.bake.bake_folder import bake_to_folder
+    from precompute.bake.make import bake_to_folder
     from precompute.bake.request import BakeRequest
     from precompute.surface.readers.reader_registry import read_height_map
 
@@ -162,7 +162,7 @@ def _stations(skin: Skin, lying: Path, *, buttons: Sequence[str], render: bool) 
         "edit": lambda: _edit(skin),
         "frame": lambda: skin.scene.frame_set(3),
         "render": lambda: _operated(bpy.ops.render.render) if render else handlers["render_init"](skin.scene),
-        "undo": lambda: (handlers["undo_pre"](), handlers["undo_post"](), skin.addon.remembered_bakes.recall_bakes()),
+        "undo": lambda: (handlers["undo_pre"](), handlers["undo_post"](), skin.addon.bakes.recall_bakes()),
         "bake": lambda: _asked(skin),
     }
     for button in buttons:
@@ -233,7 +233,7 @@ def _asked(skin: Skin) -> str | None:
     if grating is None:
         return None
     try:
-        skin.addon.remembered_bakes.asked(grating.bake_request())
+        skin.addon.bakes.asked(grating.bake_request())
     except skin.addon.child.GratingError as fault:
         return str(fault)
     return None

@@ -17,7 +17,7 @@ from pathlib import Path
 from types import FrameType
 
 from precompute.base.failure import GratingError
-from precompute.cli.option_types import count
+from precompute.cli.arguments import count
 from precompute.cli.parser import OneLineParser
 from precompute.surface.readers import reader_registry
 

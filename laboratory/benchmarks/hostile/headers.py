@@ -17,8 +17,8 @@ from PIL import Image
 from precompute.base.exr import TEXELS_MAX, open_picture
 from precompute.methods.dft_layout import read_sound_layout
 from precompute.table import sample_set
-from precompute.table.atlas_file import HEADER_KEY, read_sound_header
-from precompute.table.tiling import TERMS_MAX
+from precompute.table.atlas import HEADER_KEY, read_sound_header
+from precompute.table.table import TERMS_MAX
 
 from .mutations import mutated
 from .runner import Case, read_written, run_verb

@@ -109,14 +109,14 @@ def build(addon: SimpleNamespace, scan: Path, bake: Path) -> Path:
     assert bpy.ops.grating.assign() == {"FINISHED"}
     bpy.ops.grating.vary(second="second", second_share=0.3)
     assert bpy.ops.grating.add_diffraction_lamp() == {"FINISHED"}
-    image = addon.direction_map.new_map("Direction Map", 16)
-    addon.direction_map.note_mesh(image, skin.plane, "UVMap")
+    image = addon.tangent_frame.new_map("Direction Map", 16)
+    addon.tangent_frame.note_mesh(image, skin.plane, "UVMap")
     skin.second.take_frame_source(addon.direction_source.DirectionSource("FRAME_MAP", frame_map=image))
     addon.skin.set_up(skin.second.group, frame=skin.second.frame_source())
     skin.response.group["ng_region"] = _REGION
     fingerprint = addon.fitting_worlds._fingerprint(scene)
     addon.sky.hold_sources(scene, [_SUN], fingerprint=fingerprint, missed=0.1)
-    addon.following_lamps.update_lamps(scene)
+    addon.lighting.update_lamps(scene)
     bpy.context.view_layer.objects.active = skin.plane
     path = folder / "skin.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(path))

@@ -15,7 +15,7 @@ from precompute.bake.request import BakeRequest, Scan
 from precompute.cli.bake_verb import read_request
 from precompute.presets.presets import FOLDER as PRESETS
 from precompute.presets.presets import read_preset
-from precompute.reflectance.matter_text import parse
+from precompute.reflectance.matter import parse
 from precompute.render_job.job_file import EXAMPLE, read_job
 from precompute.render_job.pictures import pictures_of, scene_names
 from precompute.render_job.plan import plan_of, read_plan

@@ -16,8 +16,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from .channels import Channel
-from .scan_file import Block, ScanReader, StoredMap, read_exactly
+from .scan_file import Block, Channel, ScanReader, StoredMap, read_exactly
 
 _NAMES = {b"TP": ("Topography", "m"), b"ER": ("Error", "V"), b"PH": ("Phase", "deg")}
 _NO_CHANNEL = b"\0\0"

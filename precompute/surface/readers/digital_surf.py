@@ -14,11 +14,8 @@ from typing import BinaryIO
 
 import numpy as np
 
-from ...base.strict_zip import MOST_PACKED
-from .channels import Channel, unit_over
-from .number_text import decoded
-from .scan_file import Block, ScanReader, StoredMap, read_exactly
-from .units import in_base_units
+from ...base.strict import MOST_PACKED
+from .scan_file import Block, Channel, ScanReader, StoredMap, decoded, in_base_units, read_exactly, unit_over
 
 _PLAIN, _COMPRESSED = b"DIGITAL SURF", b"DSCOMPRESSED"
 _HEADER_BYTES = 512

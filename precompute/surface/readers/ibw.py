@@ -13,10 +13,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from .channels import Channel, unit_over
-from .number_text import decoded
-from .scan_file import Block, ScanReader, StoredMap, read_exactly
-from .units import in_base_units
+from .scan_file import Block, Channel, ScanReader, StoredMap, decoded, in_base_units, read_exactly, unit_over
 
 _VERSION, _HEAD_BYTES = 5, 64
 # The wave's header without the first values, which the wave's length includes.

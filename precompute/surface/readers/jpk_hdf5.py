@@ -13,11 +13,8 @@ from typing import BinaryIO
 
 import numpy as np
 
-from .channels import Channel
-from .hdf5_dataset import Dataset
-from .hdf5_file import Node, Value, number_in
-from .scan_file import StoredMap
-from .units import in_base_units
+from .hdf5_file import Dataset, Node, Value, number_in
+from .scan_file import Channel, StoredMap, in_base_units
 
 FORMAT = ("file-format-info", "JPK SCAN")
 _GRID, _SCALING = "position-pattern.grid", "net-encoder.scaling"

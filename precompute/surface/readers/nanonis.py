@@ -12,9 +12,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from .channels import Channel
-from .scan_file import Block, ScanReader, StoredMap
-from .units import in_base_units
+from .scan_file import Block, Channel, ScanReader, StoredMap, in_base_units
 
 _BEGINNING = b":NANONIS_VERSION:"
 _END = b"\x1a\x04"

@@ -16,10 +16,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from .channels import Channel
-from .number_text import decoded
-from .scan_file import Block, ScanReader, StoredMap
-from .units import in_base_units
+from .scan_file import Block, Channel, ScanReader, StoredMap, decoded, in_base_units
 
 # A list of images, of electrochemistry, or of force curves.
 _BEGINNINGS = b"\\*File list", b"\\*EC File list", b"\\*Force file list"

@@ -17,9 +17,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from .channels import Channel
-from .scan_file import Block, ScanReader, StoredMap, read_exactly
-from .units import in_base_units
+from .scan_file import Block, Channel, ScanReader, StoredMap, in_base_units, read_exactly
 
 _BEGINNING = b"\x01\xb0\x93\xff"
 # The first frame begins one byte later than NT-MDT documents.

@@ -12,10 +12,8 @@ import numpy as np
 
 from ...base.failure import GratingError
 from ..height_map import HeightMap
-from .channels import Channel, shortened
 from .given_size import METRE_NM, given_height, given_width
-from .reader import KnownFault
-from .scan_file import DAMAGE, refuse_too_large
+from .scan_file import DAMAGE, Channel, KnownFault, refuse_too_large, shortened
 
 _FAULT = "its numbers have no unit"
 # Takes (rows, cols), and raises GratingError if this map is too large.

@@ -16,26 +16,18 @@ from ..height_map import GRATING_PREFIX, SAMPLE_PREFIX, HeightMap, is_synthetic
 from ..samples.catalogue import make_sample
 from .agilent import AGILENT
 from .asd import ASD
-from .channels import other_way
 from .digital_surf import DIGITAL_SURF
-from .exr_picture import EXR
-from .gsf import GSF
-from .gwy import GWYDDION
-from .gwyddion_text import GWYDDION_TEXT
+from .gwyddion import GSF, GWYDDION, GWYDDION_TEXT
 from .hdf5 import HDF5
 from .ibw import ASYLUM
-from .image import BMP, PNG, TIFF
-from .jpk import JPK
 from .nanonis import NANONIS
 from .nanoscope import NANOSCOPE
 from .nid import NANOSURF
-from .npy import NPY
 from .ntmdt import NT_MDT
-from .park import PARK
-from .reader import BEGINNING_BYTES, Reader
+from .pictures import BMP, EXR, MATRIX, NPY, PNG, TIFF, XYZ
+from .scan_file import BEGINNING_BYTES, CONVERT, Reader, known_fault, other_way
 from .sdf import SDF
-from .text_arrays import MATRIX, XYZ
-from .unread import CONVERT, known_fault
+from .tiff_scans import JPK, PARK
 from .wsxm import WSXM
 from .x3p import X3P
 

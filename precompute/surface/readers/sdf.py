@@ -9,9 +9,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from .channels import Channel
-from .number_text import numbers_of, read_text
-from .scan_file import Block, ScanReader, StoredMap, read_exactly
+from .scan_file import Block, Channel, ScanReader, StoredMap, numbers_of, read_exactly, read_text
 
 _TEXT, _BINARY = (b"aISO-1.0", b"aBCR-1.0"), (b"bISO-1.0", b"bBCR-1.0")
 _HEAD = struct.Struct("<8s10s12s12s2H4d3B")

@@ -12,10 +12,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from .channels import Channel
-from .number_text import decoded
-from .scan_file import Block, ScanReader, StoredMap
-from .units import in_base_units, in_metres
+from .scan_file import Block, Channel, ScanReader, StoredMap, decoded, in_base_units, in_metres
 
 _BEGINNING = b"WSxM file copyright"
 _HEADER_BYTES = re.compile(rb"header size: *(\d{1,7})")

@@ -1,23 +1,34 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The kinds of steps, and the pipeline of steps from a scan to its levelled heights."""
+"""The kinds of steps, and the pipeline of steps from a scan to its levelled heights.
+
+Start values in the panel for steps without defaults: they change the scan little or not at all."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ...base.failure import GratingError
-from ..height_map import HeightMap
-from ..holes import fill_missing
-from .cutting import crop, mask, rotate, whole_periods
-from .defects import remove_dust, remove_outliers, remove_scars
-from .lines import align_lines
-from .plane import background, plane
-from .scaling import calibrate, invert, scale_heights
-from .step import Done, Kind, Number, Step, Word
-from .tip import remove_tip
+from ..height_map import HeightMap, fill_missing
+from .repairs import (
+    align_lines,
+    background,
+    calibrate,
+    crop,
+    invert,
+    mask,
+    plane,
+    remove_dust,
+    remove_outliers,
+    remove_scars,
+    remove_tip,
+    rotate,
+    scale_heights,
+    whole_periods,
+)
+from .step import Done, Kind, Number, Step, Word, main_wave
 
 # Twice the width of the largest scan.
 _UM_MAX = 2e6
@@ -114,3 +125,37 @@ def steps_of(texts: Sequence[str], source: str) -> tuple[Step, ...]:
 def help_text() -> str:
     """Describe all steps in one sentence."""
     return "; ".join(f"{kind.form}: {kind.help}" for kind in KINDS.values())
+
+
+# A sharp tip, in nanometres.
+_TIP_NM = 10.0
+
+
+def _whole(height_map: HeightMap) -> tuple[float, ...]:
+    """Return the rectangle of the whole scan, in micrometres."""
+    ly, lx = height_map.size_m
+    return 0.0, 0.0, lx * 1e6, ly * 1e6
+
+
+def _middle(height_map: HeightMap) -> tuple[float, ...]:
+    """Return a rectangle in the scan's middle, a tenth of its sides, in micrometres."""
+    ly, lx = height_map.size_m
+    return 0.45e6 * lx, 0.45e6 * ly, 0.55e6 * lx, 0.55e6 * ly
+
+
+_VALUES: dict[str, Callable[[HeightMap], tuple[float, ...]]] = {
+    "rotate": lambda _: (0.0,),
+    "crop": _whole,
+    "mask": _middle,
+    "calibrate": lambda height_map: (main_wave(height_map, "calibrate").period_m * 1e9,),
+    "zscale": lambda _: (1.0,),
+    "tip": lambda _: (_TIP_NM,),
+}
+
+
+def first_step(name: str, height_map: HeightMap) -> Step:
+    """Make a step for a scan, with its defaults or with values that suit the scan.
+
+    Raises GratingError if the scan has no grating to calibrate by."""
+    values = _VALUES[name](height_map) if name in _VALUES else ()
+    return KINDS[name].read([f"{value:.5g}" for value in values], height_map.source)

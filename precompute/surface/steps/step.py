@@ -1,15 +1,24 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The step: its name, its arguments as text and as values, and its function.
 
-As text, a step is its name and its arguments, separated by colons: `plane`, `poly:2`, `crop:0:0:20:10`."""
+As text, a step is its name and its arguments, separated by colons: `plane`, `poly:2`, `crop:0:0:20:10`.
+
+Measures how much a step weakens the grating of a scan.
+
+Finds the grating of a scan for the steps that need one."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import cmath
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from ...base.failure import GratingError
-from ..height_map import HeightMap
+from ..height_map import HeightMap, fill_missing, level_plane
+from ..periods import Wave, amplitude_at, waves_of
 
 _IN_NUMBERS = frozenset("+-.0123456789eE")
 # The longest number in characters.
@@ -145,3 +154,82 @@ class Step:
     def carry_out(self, height_map: HeightMap) -> Done:
         """Apply the step. Raises GratingError, naming the source, if the step does not suit the heights."""
         return self.kind.carry_out(height_map, *self.values)
+
+
+# The least visible loss, as a share of the strongest wave's light. Losing half of a fainter wave gives a warning too.
+_SEEN = 0.05
+_HALF = 0.5
+
+
+def told_loss(before: HeightMap, after: HeightMap, told: str = "", *, holes: float = 0.0) -> Done:
+    """Return the heights `after` a step, with a warning if the step weakens the grating.
+
+    Both maps have the same pixels. `told` is another message; `holes` is the share of the scan turned into holes."""
+    level = level_plane(before)
+    weakens = loss_in_words(losses_of(level, level_plane(after), waves_of(level).gratings), holes)
+    if not weakens:
+        return Done(after, told)
+    weakens += "; leave this step out to keep the colours"
+    return Done(after, f"{told}; {weakens}" if told else weakens, warns=True)
+
+
+def losses_of(before: HeightMap, after: HeightMap, waves: Sequence[Wave]) -> list[tuple[Wave, float]]:
+    """Measure the share of each wave's power that a step removes from levelled heights; both maps have equal pixels."""
+    # Filled as for a bake.
+    heights = [fill_missing(each).height_m for each in (before, after)] if waves else []
+    powers = [[_power(height, before.size_m, wave) for height in heights] for wave in waves]
+    return [(wave, 1 - last / first if first else 0.0) for wave, (first, last) in zip(waves, powers, strict=True)]
+
+
+def loss_in_words(losses: Sequence[tuple[Wave, float]], holes: float = 0.0) -> str:
+    """Describe the waves, given strongest first, with a visible loss of light; "" if there are none."""
+    seen = [
+        (wave, loss)
+        for wave, loss in losses
+        if _beyond(wave, loss, holes) >= min(_HALF, _SEEN * losses[0][0].light / wave.light)
+    ]
+    main = [f"the main peak of the grating ({wave.in_words()}) by {loss:.0%}" for wave, loss in seen[:1]
+            if wave is losses[0][0]]  # fmt: skip
+    fainter = ", ".join(f"{wave.in_words()} by {loss:.0%}" for wave, loss in seen[len(main) :])
+    parts = [*main, *([f"fainter waves of the grating ({fainter})"] if fainter else [])]
+    return f"weakens {' and '.join(parts)}" if parts else ""
+
+
+def _beyond(wave: Wave, loss: float, holes: float) -> float:
+    """Return the share of a wave's power lost beyond what holes anywhere in the scan would take.
+
+    Holes are filled smoothly, so they take their share of the amplitude. Their former content, such as dust, adds as
+    much amplitude to the peak as to the waves around it, and its removal changes the power by twice that share."""
+    return 1 - (1 - loss) / (1 - holes) ** 2 - 2 / math.sqrt(wave.contrast) if holes else loss
+
+
+def _power(height: np.ndarray, size_m: tuple[float, float], wave: Wave) -> float:
+    """Return the power of a wave in levelled heights (rows, cols) of sides size_m (Ly, Lx), under a Hann window."""
+    angle = math.radians(wave.angle_deg)
+    # The row index runs along -B.
+    cycles = -math.sin(angle) * size_m[0] / wave.period_m, math.cos(angle) * size_m[1] / wave.period_m
+    return abs(amplitude_at(height, cycles)) ** 2
+
+
+# A harmonic has twice or three times the frequency of its grating, to about a bin of the spectrum.
+_HARMONICS = (3, 2)
+_BINS = 1.0
+
+
+def main_wave(height_map: HeightMap, step: str) -> Wave:
+    """Return the brightest wave, or its fundamental if it is a harmonic. Raises GratingError if there is no grating."""
+    waves = waves_of(level_plane(height_map))
+    if not waves.gratings:
+        raise GratingError(height_map.source, f"{step}: no grating stands out of the scan", f"leave {step} out")
+    first, *others = waves.gratings
+    slower = [*others]
+    if waves.waviness is not None and waves.waviness.amplitude_m > first.amplitude_m:
+        slower.append(waves.waviness)
+    found = (wave for times in _HARMONICS for wave in slower if _is_harmonic(first, wave, times))
+    return next(found, first)
+
+
+def _is_harmonic(fast: Wave, slow: Wave, times: int) -> bool:
+    """Whether a wave has `times` the frequency of a slower one, in the same direction."""
+    bins = [wave.repeats * cmath.exp(1j * math.radians(wave.angle_deg)) for wave in (fast, slow)]
+    return min(abs(bins[0] - sign * times * bins[1]) for sign in (1, -1)) <= _BINS

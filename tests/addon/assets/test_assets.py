@@ -157,7 +157,7 @@ def test_an_appended_material_renders_as_the_preset_and_is_adopted(addon, librar
     assert made.name == TITLE and made.material == appended and made.baked_file().is_file()
     # It can be baked at another quality, as its surface needs no file.
     assert made.source == read_preset(PRESET).request.scans[0].source and "period 1246 nm" in made.summary
-    assert addon.bake_quality.quality_of(made) == "DRAFT" and not addon.remembered_bakes.is_asked_otherwise(made)
+    assert addon.grating.quality_of(made) == "DRAFT" and not addon.bakes.is_asked_otherwise(made)
     np.testing.assert_allclose(rendered(stage, tmp_path), added, rtol=0, atol=1e-5 * added.max())
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from precompute.bake.cache_store import Cache
+from precompute.bake.cache import Cache
 from tests.printed_commands import PAGES, printed
 
 
@@ -87,9 +87,9 @@ def test_a_name_of_two_gratings_is_refused(addon, scene, grating):
     other = scene.natural_gratings.items.add()
     other.name = grating.name
     with pytest.raises(addon.child.GratingError, match="--grating waves: several gratings have this name"):
-        addon.gratings.chosen_grating(scene, "waves")
+        addon.chosen.chosen_grating(scene, "waves")
     other.name = "other"
-    assert addon.gratings.chosen_grating(scene, "waves") == grating
+    assert addon.chosen.chosen_grating(scene, "waves") == grating
 
 
 def test_assign_over_the_own_material_with_settings(addon, scene, baked, tmp_path):

@@ -13,7 +13,7 @@ from tests.addon.layout import Layout
 # Methods that Blender calls, each with its guard.
 METHODS = {"draw": "guarded_draw", "draw_item": "guarded_item", "modal": "guarded_modal"}
 # Functions that catch their own exceptions, because they have to unregister themselves.
-OWN_GUARD = {"direction_overlay.py": {"_draw"}}
+OWN_GUARD = {"directing.py": {"_draw"}}
 # Blender's functions that take a callback.
 TAKERS = ("timers.register", "draw_handler_add")
 

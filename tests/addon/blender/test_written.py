@@ -32,11 +32,9 @@ def writers(addon, scene, tmp_path):
     kept = scene.render.resolution_percentage
     yield {
         "a.blend": lambda path: addon.written.save_copy(path, compress=True),
-        "a.exr": lambda path: addon.rendering_pictures.render_picture(
-            path, engine="cycles", samples=1, width=64, height=48
-        ),
-        "a.png": lambda path: addon.rendering_pictures.render_picture(path, width=64, height=48),
-        "map.exr": lambda path: addon.baking_direction_maps.write_map(image, path),
+        "a.exr": lambda path: addon.pictures.render_picture(path, engine="cycles", samples=1, width=64, height=48),
+        "a.png": lambda path: addon.pictures.render_picture(path, width=64, height=48),
+        "map.exr": lambda path: addon.combing.write_map(image, path),
     }
     scene.render.resolution_percentage = kept
 
@@ -62,5 +60,5 @@ def test_a_cut_file_is_an_error_and_the_former_file_stays(addon, writers, tmp_pa
 def test_a_saved_file_keeps_the_former_version(addon, scene, tmp_path):
     path = tmp_path / "a.blend"
     path.write_bytes(b"former")
-    addon.save.save(path)
+    addon.chosen.save(path)
     assert (tmp_path / "a.blend1").read_bytes() == b"former" and path.stat().st_size > 1000

@@ -25,7 +25,7 @@ def test_lamps_send_what_their_formulas_say(addon, scene, watched, kind):
         data.size, variance, wanted = 0.5, 0.5**2 / 12 / 4, 100 / math.pi / 4
     else:
         data.shadow_soft_size, variance, wanted = 0.25, 0.25**2 / 4 / 4, 100 / (4 * math.pi) / 4
-    addon.following_lamps.update_all_lamps()
+    addon.lighting.update_all_lamps()
     bpy.context.view_layer.update()
     places = np.array([(0.0, 0, 0), (0, 0, 4), (50, 0, 1.9)])
     (sent,) = addon.irradiance.lamps_sent(scene, watched, places)
@@ -48,7 +48,7 @@ def test_a_spots_light_rises_smoothly_over_its_blend(addon, scene, watched):
     data.energy, data.spot_size, data.spot_blend = 4 * math.pi, math.pi / 3, 0.5
     scene.collection.objects.link(bpy.data.objects.new("Spot", data))
     bpy.data.objects.remove(bpy.data.objects["Sun"])
-    addon.following_lamps.update_all_lamps()
+    addon.lighting.update_all_lamps()
     bpy.context.view_layer.update()
     rim, steps = math.cos(math.pi / 6), np.array([-0.25, 0.25, 0.5, 0.75, 1.25])
     angles = np.arccos(rim + steps * 0.5 * (1 - rim))
@@ -66,7 +66,7 @@ def test_rays_go_through_what_the_camera_shows(addon, scene, watched, kind):
     camera.data.type, camera.data.ortho_scale, camera.data.shift_x = kind, 3.0, 0.1
     camera.rotation_euler, camera.scale = (0.2, 0.1, 0.3), (2, 2, 2)
     bpy.context.view_layer.update()
-    pixels = addon.camera_rays.Pixels(scene, camera)
+    pixels = addon.seen_surfaces.Pixels(scene, camera)
     at = np.random.default_rng(0).random((20, 2))
     origins, directions = pixels.rays(at)
     np.testing.assert_allclose(np.linalg.norm(directions, axis=1), 1, rtol=1e-12)
@@ -83,7 +83,7 @@ def test_rays_go_through_what_the_camera_shows(addon, scene, watched, kind):
 
 def test_a_window_holds_what_is_seen(addon, scene, watched):
     """The plane fills part of the picture; a box behind the camera is anywhere or nowhere."""
-    pixels = addon.camera_rays.Pixels(scene, scene.camera)
+    pixels = addon.seen_surfaces.Pixels(scene, scene.camera)
     box = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (0, 0.1)], float)
     window = pixels.window_of([(box, watched.matrix_world)])
     half = 50 / 36 / 9.9
@@ -92,26 +92,26 @@ def test_a_window_holds_what_is_seen(addon, scene, watched):
     assert 400 < len(places) < 600 and (places >= window.low).all() and (places <= window.high).all()
     aside = [(box + (100, 0, 0), watched.matrix_world)]
     assert pixels.window_of(aside) is None
-    assert pixels.window_of([(box + (0, 0, 10), watched.matrix_world)]) == addon.camera_rays.Window()
+    assert pixels.window_of([(box + (0, 0, 10), watched.matrix_world)]) == addon.seen_surfaces.Window()
 
 
 def test_what_moves(addon, scene, watched):
     """By keys, drivers, a moving parent or modifier object, and by modifiers that move without keys."""
-    assert not addon.animation.moves([watched])
+    assert not addon.camera_look.moves([watched])
     parent, hook = (bpy.data.objects.new(name, None) for name in ("Parent", "Hook"))
     watched.modifiers.new("hook", "HOOK").object = hook
     watched.parent = parent
-    assert not addon.animation.moves([watched])
+    assert not addon.camera_look.moves([watched])
     for moved in (parent, hook):
         moved.keyframe_insert("location", frame=1)
-        assert addon.animation.moves([watched])
+        assert addon.camera_look.moves([watched])
         moved.animation_data_clear()
     watched.modifiers.new("cloth", "CLOTH")
-    assert addon.animation.moves([watched])
+    assert addon.camera_look.moves([watched])
 
 
 @pytest.mark.parametrize(("first", "last", "most", "wanted"), [
     (1, 1, 16, [1]), (1, 3, 16, [1, 2, 3]), (1, 250, 2, [1, 250]), (-2, 2, 3, [-2, 0, 2]), (5, 9, 1, [5]),
 ])  # fmt: skip
 def test_frames_between(addon, scene, first, last, most, wanted):
-    assert addon.animation.frames_between(first, last, most) == wanted
+    assert addon.camera_look.frames_between(first, last, most) == wanted

@@ -28,8 +28,8 @@ def test_a_view_has_the_rays_of_a_camera_with_its_matrices(addon, scene, kind):
     camera.data.shift_x = 0.1
     scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 160, 90, 100
     bpy.context.view_layer.update()
-    start, along = addon.camera_rays.Pixels(scene, camera).rays(AT)
-    other, also = addon.view_rays.ViewPixels(view_like(camera), (160, 90)).rays(AT)
+    start, along = addon.seen_surfaces.Pixels(scene, camera).rays(AT)
+    other, also = addon.seen_surfaces.ViewPixels(view_like(camera), (160, 90)).rays(AT)
     # Blender's matrices are in single precision; an orthographic view starts a kilometre further back on the same ray.
     np.testing.assert_allclose(also, along, atol=1e-5)
     away = ((start - other) * along).sum(axis=1, keepdims=True)
@@ -43,7 +43,7 @@ def test_points_in_a_frame(addon, scene):
     scene.render.resolution_x, scene.render.resolution_y = 160, 90
     bpy.context.view_layer.update()
     points = np.array([(0, 0, 0), (3.5, 0, 0), (3.7, 0, 0), (0, 0, 20)], float)
-    assert addon.camera_rays.Pixels(scene, camera).in_frame(points).tolist() == [True, True, False, False]
+    assert addon.seen_surfaces.Pixels(scene, camera).in_frame(points).tolist() == [True, True, False, False]
     camera.data.type, camera.data.ortho_scale = "ORTHO", 7.2
-    assert addon.camera_rays.Pixels(scene, camera).in_frame(points).tolist() == [True, True, False, False]
+    assert addon.seen_surfaces.Pixels(scene, camera).in_frame(points).tolist() == [True, True, False, False]
     scene.camera = None

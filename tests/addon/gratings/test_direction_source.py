@@ -38,7 +38,7 @@ def test_a_group_made_later_has_the_choice(scene, grating, addon):
 def test_only_the_chosen_source_costs_nodes(scene, grating, carrier, addon):
     """The default has only a Tangent node, an axis a transform in its place. The footprint, off here, has both."""
     grating.footprint = False
-    addon.following_settings.follow_settings()
+    addon.making_materials.follow_settings()
     default = nodes_of(grating)
     assert default.count("ShaderNodeTangent") >= 1 and "ShaderNodeTexCoord" not in default
     transforms = default.count("ShaderNodeVectorTransform")
@@ -100,7 +100,7 @@ def test_seams_are_those_of_the_map_that_is_chosen(scene, grating, capfd):
 
 def test_a_frame_map_that_is_gone_leaves_the_default(scene, grating, carrier, addon):
     image = bpy.data.images.new("frames", 8, 8, float_buffer=True)
-    addon.direction_map.note_mesh(image, carrier, "UVMap")
+    addon.tangent_frame.note_mesh(image, carrier, "UVMap")
     bpy.ops.grating.direction(kind="FRAME_MAP", frame_map="frames")
     assert addon.group_properties.frame_of(grating.group).frame_map == image
     bpy.data.images.remove(image)
@@ -110,7 +110,7 @@ def test_a_frame_map_that_is_gone_leaves_the_default(scene, grating, carrier, ad
 
 def test_a_frame_map_of_another_mesh_is_refused(scene, grating, carrier, addon):
     image = bpy.data.images.new("frames", 8, 8, float_buffer=True)
-    addon.direction_map.note_mesh(image, carrier, "UVMap")
+    addon.tangent_frame.note_mesh(image, carrier, "UVMap")
     carrier.data.uv_layers[0].uv[0].vector = (0.3, 0.4)
     told = (
         "Plane: the direction map frames was baked of Plane, with other faces or another UVMap; use Bake Direction Map"
@@ -122,9 +122,9 @@ def test_a_frame_map_of_another_mesh_is_refused(scene, grating, carrier, addon):
 
 def test_a_moved_vertex_leaves_a_frame_map_valid(scene, carrier, addon):
     image = bpy.data.images.new("frames", 8, 8, float_buffer=True)
-    addon.direction_map.note_mesh(image, carrier, "UVMap")
+    addon.tangent_frame.note_mesh(image, carrier, "UVMap")
     carrier.data.vertices[0].co.z = 0.2
-    addon.direction_map.check_frame_map(carrier, image)
+    addon.tangent_frame.check_frame_map(carrier, image)
 
 
 def test_undo_brings_the_source_back(scene, grating, carrier, addon):
@@ -165,7 +165,7 @@ def test_the_field_in_numpy_knows_every_source(scene, addon):
 
     def tangents(**choice):
         source = addon.direction_source.DirectionSource(**choice)
-        return addon.tangents_at_points.frame_field(mesh, np.arange(2), shares=shares, source=source)
+        return addon.tangents.frame_field(mesh, np.arange(2), shares=shares, source=source)
 
     stored = tangents()
     np.testing.assert_allclose(stored.tangents, [(-1, 0, 0)] * 2, atol=1e-6)

@@ -13,7 +13,7 @@ LAMP = "400:0.5 500:1 600:0.25"
 
 
 def fields():
-    return importlib.import_module(f"{EXTENSION}.addon.gratings.matter_fields")
+    return importlib.import_module(f"{EXTENSION}.addon.gratings.grating")
 
 
 @pytest.fixture

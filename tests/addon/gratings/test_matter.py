@@ -9,7 +9,7 @@ import bpy
 import pytest
 
 from devtools import EXTENSION, ROOT
-from precompute.reflectance.metals import METALS
+from precompute.reflectance.films import METALS
 
 # The numbers of the menu's items in saved files. A line may join, and none may change.
 NUMBERS = {
@@ -20,7 +20,7 @@ STACK = "6x(1.68/80nm, 1.56/90nm), 1.56"
 
 
 def parse(text):
-    return importlib.import_module(f"{EXTENSION}.precompute.reflectance.matter_text").parse(text)
+    return importlib.import_module(f"{EXTENSION}.precompute.reflectance.matter").parse(text)
 
 
 @pytest.fixture
@@ -138,13 +138,13 @@ def test_nothing_is_seen_through_a_metal(scene, addon, scan, tmp_path, matter, o
 
 
 def test_a_forged_header_is_refused_in_one_line(scene, baked, tmp_path):
-    from precompute.table import atlas, atlas_file
+    from precompute.table import atlas
 
-    table, record = atlas_file.read(baked)
+    table, record = atlas.read(baked)
     del record["format"], record["layout"]
     record["request"]["matter"] = "gold"
     path = tmp_path / "waves.exr"
-    atlas_file.write_together({path: atlas.pack(table)}, record)
+    atlas.write_together({path: atlas.pack(table)}, record)
     grating = scene.natural_gratings.items.add()
     grating.name, grating.bake_path = "waves", str(path)
     with pytest.raises(RuntimeError, match="its header's matter does not fit its picture; bake it again"):

@@ -60,7 +60,7 @@ def test_the_labels_are_those_of_the_interface(addon):
     assert labels[setting.LEVEL] == panel["steps"].name
     method = bpy.ops.grating.osl_reference.get_rna_type().properties["method"]
     assert labels[setting.METHOD] == method.name
-    assert labels[setting.NEEDS] == addon.bake_needs.BakeNeeds.bl_label
+    assert labels[setting.NEEDS] == addon.bake.BakeNeeds.bl_label
 
 
 def test_each_side_says_a_message_in_its_own_words(addon):

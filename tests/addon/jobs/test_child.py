@@ -215,7 +215,7 @@ def test_the_process_ends_with_blender(extension, tmp_path, end):
 
 
 def test_disabling_the_extension_stops_its_bake(addon, job):
-    operator = sys.modules[f"{EXTENSION}.addon.operators.bake_grating"].BakeGrating
+    operator = sys.modules[f"{EXTENSION}.addon.operators.bake"].BakeGrating
     operator.job = job
-    sys.modules[f"{EXTENSION}.addon.operators.bake_grating"].BakeGrating.stop()
+    sys.modules[f"{EXTENSION}.addon.operators.bake"].BakeGrating.stop()
     assert operator.job is None and not job.running

@@ -25,7 +25,7 @@ def equal_lamps(scene, count, kind="POINT"):
 def eight_lamps(addon, monkeypatch):
     """Let at most eight lamps light diffraction, so that a test of the choice among more needs few."""
     monkeypatch.setattr(addon.find, "LAMPS_MAX", 8)
-    monkeypatch.setattr(addon.counting_lamps, "LAMPS_MAX", 8)
+    monkeypatch.setattr(addon.lighting, "LAMPS_MAX", 8)
 
 
 @pytest.fixture
@@ -43,7 +43,7 @@ def ranked(addon, lit):
 
     def names() -> list[str]:
         bpy.context.view_layer.update()
-        addon.following_lamps.update_lamps(lit)
+        addon.lighting.update_lamps(lit)
         return [lamp.name for lamp in addon.follow.followed_lamps(lit)]
 
     return names

@@ -140,10 +140,10 @@ def test_strength_is_the_power_that_drivers_give_over_the_squared_distance(addon
     kind = "AREA" if "shape" in size else kind
     lamp = add_lamp(lit, "Lamp", kind, energy=7.0, height=3.0, normalize=normalize, **settings)
     lamp.scale = (2.0, 0.5, 1.5)
-    addon.following_lamps.update_lamps(lit)
+    addon.lighting.update_lamps(lit)
     bpy.context.view_layer.update()
     power = np.array(lit[addon.lamp_properties.property_name(0, "power")])[:3] @ LUMINANCE
-    strength = addon.strength.irradiances([lamp], addon.following_lamps.lit_boxes(lit))
+    strength = addon.find.irradiances([lamp], addon.lighting.lit_boxes(lit))
     # Blender's properties have single precision: seven digits.
     np.testing.assert_allclose(strength, power / (1 if kind == "SUN" else 9), rtol=1e-6)
 
@@ -157,7 +157,7 @@ def test_the_nearest_point_of_an_object_counts(addon, lit):
 
     def distance() -> float:
         bpy.context.view_layer.update()
-        return addon.strength.irradiances([lamp], addon.following_lamps.lit_boxes(lit))[0] ** -0.5
+        return addon.find.irradiances([lamp], addon.lighting.lit_boxes(lit))[0] ** -0.5
 
     # In metres, to single precision.
     assert distance() == pytest.approx(2.1, rel=1e-6)
@@ -174,11 +174,11 @@ def test_a_lamp_inside_an_object_is_a_tenth_of_its_half_diagonal_away(addon, lit
     plane = next(o for o in lit.objects if o.type == "MESH")
     lamp = add_lamp(lit, "Lamp", energy=4 * math.pi, height=0.0)
     bpy.context.view_layer.update()
-    strength = addon.strength.irradiances([lamp], addon.following_lamps.lit_boxes(lit))[0]
+    strength = addon.find.irradiances([lamp], addon.lighting.lit_boxes(lit))[0]
     assert strength == pytest.approx(1 / 0.02, rel=1e-6)
     plane.scale = (0, 0, 0)
     bpy.context.view_layer.update()
-    assert np.isfinite(addon.strength.irradiances([lamp], addon.following_lamps.lit_boxes(lit))).all()
+    assert np.isfinite(addon.find.irradiances([lamp], addon.lighting.lit_boxes(lit))).all()
 
 
 def test_only_objects_of_the_scene_that_show_diffraction_count(addon, lit):
@@ -189,9 +189,9 @@ def test_only_objects_of_the_scene_that_show_diffraction_count(addon, lit):
     other.collection.objects.link(elsewhere)
     try:
         bpy.context.view_layer.update()
-        np.testing.assert_allclose(addon.following_lamps.lit_boxes(lit), [[[-1, -1, 0], [1, 1, 0]]], atol=1e-6)
+        np.testing.assert_allclose(addon.lighting.lit_boxes(lit), [[[-1, -1, 0], [1, 1, 0]]], atol=1e-6)
         plane.data.materials.clear()
-        assert addon.following_lamps.lit_boxes(lit).shape == (0, 2, 3)
+        assert addon.lighting.lit_boxes(lit).shape == (0, 2, 3)
     finally:
         bpy.data.scenes.remove(other)
 
@@ -230,11 +230,11 @@ def test_a_lamp_takes_the_place_of_a_followed_one_only_if_it_is_clearly_brighter
 def test_nothing_is_measured_while_all_lamps_fit(addon, lit, monkeypatch):
     lamps = equal_lamps(lit, 8)
     asked = []
-    monkeypatch.setattr(addon.group_users, "boxes_showing", lambda scene: asked.append(scene) or np.empty((0, 2, 3)))
-    addon.following_lamps.update_lamps(lit)
+    monkeypatch.setattr(addon.material, "boxes_showing", lambda scene: asked.append(scene) or np.empty((0, 2, 3)))
+    addon.lighting.update_lamps(lit)
     assert not asked and set(addon.follow.followed_lamps(lit)) == set(lamps)
     add_lamp(lit, "Ninth")
-    addon.following_lamps.update_lamps(lit)
+    addon.lighting.update_lamps(lit)
     assert asked
 
 
@@ -255,7 +255,7 @@ def test_lamps_that_are_left_out_are_named_if_the_render_shows_them(addon, lit, 
     ranked()
 
     def told():
-        return addon.following_lamps.warnings_about(lit, bpy.context.evaluated_depsgraph_get())
+        return addon.lighting.warnings_about(lit, bpy.context.evaluated_depsgraph_get())
 
     assert any(line.startswith("diffraction uses at most 8 lamps; left out: A, B; choose") for line in told())
     for lamp in lamps[:2]:

@@ -8,8 +8,8 @@ import bpy
 import numpy as np
 import pytest
 
-from precompute.colour.lamp_table import row_of
-from precompute.colour.working_space import lamp_rgb
+from precompute.colour.channels import row_of
+from precompute.colour.spaces import lamp_rgb
 from tests.addon.layout import Layout, context_of
 
 
@@ -132,14 +132,14 @@ def test_far_lamps_are_told_with_the_bake_s_figures(addon, scene, lamp):
 
 
 def test_the_bake_of_a_scene_serves_its_lamps(addon, scene, lamp):
-    assert addon.baking_for_lamps.light_of_scene(scene) == "D65+smooth"
+    assert addon.baking.light_of_scene(scene) == "D65+smooth"
     lamp.data.use_temperature, lamp.data.temperature = True, 3000
     other = bpy.data.objects.new("Rim", bpy.data.lights.new("Rim", "POINT"))
     scene.collection.objects.link(other)
     other.data.diffraction_spectrum = "tube"
-    assert addon.baking_for_lamps.light_of_scene(scene) == "D65+smooth+FL11"
+    assert addon.baking.light_of_scene(scene) == "D65+smooth+FL11"
     other.data.diffraction_spectrum = "warm-led"
-    assert addon.baking_for_lamps.light_of_scene(scene) == "D65+led"
+    assert addon.baking.light_of_scene(scene) == "D65+led"
 
 
 def test_the_button_bakes_for_the_lamps_of_the_scene(addon, scene, lamp, scan):
@@ -154,7 +154,7 @@ def test_the_button_bakes_for_the_lamps_of_the_scene(addon, scene, lamp, scan):
     followed(addon, scene)
     (line,) = addon.lamp_errors.far_lamps(grating.group, scene)
     assert line.startswith("Key: the colours are off by a dE00 of ")
-    assert any(line in told for told in addon.following_lamps.warnings_about(scene, bpy.context.view_layer.depsgraph))
+    assert any(line in told for told in addon.lighting.warnings_about(scene, bpy.context.view_layer.depsgraph))
     layout = Layout(folded=False)
     addon.facts.stop()
     addon.light_part.draw_light(layout, context_of(), grating, facts=addon.facts.facts_of(context_of()))

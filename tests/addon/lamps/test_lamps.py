@@ -172,7 +172,7 @@ def test_instanced_lamps_are_named(addon, scene):
     chain.instance_type, chain.instance_collection = "COLLECTION", stock
     scene.collection.objects.link(chain)
     bpy.context.view_layer.update()
-    told = addon.following_lamps.warnings_about(scene, bpy.context.evaluated_depsgraph_get())
+    told = addon.lighting.warnings_about(scene, bpy.context.evaluated_depsgraph_get())
     assert told == ["instanced lamps do not light diffraction: Bulb; use Object > Apply > Make Instances Real"]
 
 
@@ -181,7 +181,7 @@ def test_a_scene_without_lamps_is_dark_to_lamps_only(addon, scene, grating):
     bpy.data.objects.remove(bpy.data.objects["Sun"])
 
     def told():
-        return addon.following_lamps.warnings_about(scene, bpy.context.evaluated_depsgraph_get())
+        return addon.lighting.warnings_about(scene, bpy.context.evaluated_depsgraph_get())
 
     assert told() == []
     assert bpy.ops.grating.lights(lights="LAMPS") == {"FINISHED"}
@@ -260,7 +260,7 @@ def test_a_change_that_drivers_follow_builds_nothing(addon, scene, material, mon
 
 def test_nodes_hold_what_the_scene_notes(addon, scene, material):
     """For a lamp, which drivers follow, and for a property that a script writes and announces."""
-    addon.driven_nodes.read_property(addon.builder.Tree(material), "ng_world_0_place")
+    addon.lamp_group.read_property(addon.builder.Tree(material), "ng_world_0_place")
 
     def nodes(label: str) -> list[bpy.types.Node]:
         bpy.context.view_layer.update()

@@ -28,7 +28,7 @@ def followed(addon, lit):
 
 def test_a_lamp_is_left_out_and_kept_in_again(addon, lit, followed):
     equal_lamps(lit, 3)
-    addon.following_lamps.update_lamps(lit)
+    addon.lighting.update_lamps(lit)
     count("L1")
     assert followed() == (["L0", "L2"], ["L1"])
     count("L1")
@@ -42,17 +42,17 @@ def test_the_choice_belongs_to_the_object(addon, lit, followed):
     twin = lamp.copy()
     twin.name = "Twin"
     lit.collection.objects.link(twin)
-    addon.following_lamps.update_lamps(lit)
+    addon.lighting.update_lamps(lit)
     count("Twin")
     assert followed() == (["L0"], ["Twin"])
     lit.collection.objects.link(twin.copy())
-    addon.following_lamps.update_lamps(lit)
+    addon.lighting.update_lamps(lit)
     assert followed() == (["L0"], ["Twin", "Twin.001"])
 
 
 def test_without_a_name_it_is_the_active_lamp(addon, lit, followed):
     (lamp,) = equal_lamps(lit, 1)
-    addon.following_lamps.update_lamps(lit)
+    addon.lighting.update_lamps(lit)
     with pytest.raises(RuntimeError, match="no lamp is active; make the lamp the active object"):
         bpy.ops.grating.count_lamp()
     bpy.context.view_layer.objects.active = lamp
@@ -69,11 +69,11 @@ def test_groups_lose_a_lamp_that_is_left_out(addon, lit, grating, lights):
     see nothing of the third."""
     equal_lamps(lit, 2)
     bpy.ops.grating.lights(lights=lights)
-    addon.following_lamps.update_lamps(lit)
+    addon.lighting.update_lamps(lit)
     group = lit.natural_gratings.active().group
     two = len(group.nodes)
     add_lamp(lit, "Rim")
-    addon.following_lamps.update_lamps(lit)
+    addon.lighting.update_lamps(lit)
     three = len(group.nodes)
     assert three > two
     count("Rim")
@@ -106,7 +106,7 @@ def test_a_lamp_that_is_left_out_makes_room(addon, lit, ranked, followed, eight_
     count("L3")
     assert set(ranked()) == {*(f"L{k}" for k in range(8) if k != 3), "Dim"}
     assert followed()[1] == ["L3"]
-    told = addon.following_lamps.warnings_about(lit, bpy.context.evaluated_depsgraph_get())
+    told = addon.lighting.warnings_about(lit, bpy.context.evaluated_depsgraph_get())
     assert not any("at most 8 lamps" in line for line in told)
 
 
@@ -124,13 +124,13 @@ def test_a_ninth_lamp_cannot_be_kept_in(lit, ranked, eight_lamps):
 def test_a_value_that_is_no_choice_counts_as_none(addon, lit, followed, value):
     (lamp,) = equal_lamps(lit, 1)
     lamp["ng_counts"] = value
-    addon.following_lamps.update_lamps(lit)
+    addon.lighting.update_lamps(lit)
     assert followed() == (["L0"], [])
 
 
 def test_undo_and_redo(addon, lit, followed):
     equal_lamps(lit, 2)
-    addon.following_lamps.update_lamps(lit)
+    addon.lighting.update_lamps(lit)
     bpy.ops.ed.undo_push(message="before")
     count("L1")
     bpy.ops.ed.undo_push(message="left out")
@@ -149,7 +149,7 @@ def test_undo_and_redo(addon, lit, followed):
 
 def test_a_deleted_lamp_leaves_no_properties(addon, lit, followed):
     equal_lamps(lit, 2)
-    addon.following_lamps.update_lamps(lit)
+    addon.lighting.update_lamps(lit)
     count("L0")
     assert "ng_key_8_place" in lit
     bpy.data.objects.remove(bpy.data.objects["L0"])
@@ -170,7 +170,7 @@ def test_a_linked_lamp_is_refused(addon, lit, tmp_path):
     with bpy.data.libraries.load(str(path), link=True) as (_, into):
         into.collections = ["Rims"]
     lit.collection.children.link(into.collections[0])
-    addon.following_lamps.update_lamps(lit)
+    addon.lighting.update_lamps(lit)
     assert [lamp.name for lamp in addon.follow.left_out_lamps(lit)] == ["Rim"]
     for _ in range(2):
         with pytest.raises(RuntimeError, match="Rim: linked from another file; leave it out in that file, or use"):

@@ -27,7 +27,7 @@ def skin(scene, grating, addon):
     given = next(node for node in group.nodes if node.type == "GROUP_INPUT").outputs[OLD]
     for node in answers(group):
         group.links.new(given, node.inputs[OLD])
-    addon.node_count.note_parts(group)
+    addon.interface.note_parts(group)
     (node,) = addon.material.diffraction_nodes(grating.material)
     node.inputs[OLD].default_value = 0.25
     return group, node

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from precompute.bake.request import request_from
-from precompute.table.atlas_file import read_header
+from precompute.table.atlas import read_header
 from precompute.table.sample_set import path_beside
 from tests.addon.conftest import add_camera, reports
 from tests.addon.layout import Layout, context_of
@@ -117,8 +117,8 @@ def unpacked(_):
 
 
 def frame_map(it):
-    image = it.addon.direction_map.new_map("Direction Map", 16)
-    it.addon.direction_map.note_mesh(image, it.plane, "UVMap")
+    image = it.addon.tangent_frame.new_map("Direction Map", 16)
+    it.addon.tangent_frame.note_mesh(image, it.plane, "UVMap")
     it.first.take_frame_source(it.addon.direction_source.DirectionSource("FRAME_MAP", frame_map=image))
     it.addon.skin.set_up(it.first.group, frame=it.first.frame_source())
     bpy.data.images.remove(image)
@@ -321,6 +321,6 @@ def test_the_bake_s_files_come_back_from_the_pictures(skin):
     first = skin.first.baked_file()
     contents = first.read_bytes(), path_beside(first).read_bytes()
     bake_files(skin)
-    found = skin.addon.restoring_bakes.bake_of(skin.first)
+    found = skin.addon.finding_bakes.bake_of(skin.first)
     assert found != first and (found.read_bytes(), path_beside(found).read_bytes()) == contents
     assert skin.first.baked_file() == found

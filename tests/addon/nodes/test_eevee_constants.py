@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 import pytest
 
-from precompute.bake.bake_folder import bake_to_folder
+from precompute.bake.make import bake_to_folder
 from precompute.bake.request import BakeRequest
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.world_sources.sources import Source
@@ -43,7 +43,7 @@ def test_what_takes_room(addon, scene):
     tree = addon.builder.Tree(bpy.data.node_groups.new("Group", "ShaderNodeTree"))
     socket = addon.interface.Socket
     addon.interface.add_interface(tree.tree, (), (socket("Sum", "Vector", ""), socket("Spare", "Vector", "")))
-    room = addon.eevee_constants.constant_bytes
+    room = addon.interface.constant_bytes
     place = tree.value(tree.node("ShaderNodeNewGeometry").outputs["Position"])
     once = tree.vector_math("ADD", place, (1.0, 2.0, 3.0))  # one vector, and an unused vector and number
     tree.output(once, once)
@@ -72,12 +72,12 @@ def test_what_takes_room(addon, scene):
 
 
 def test_sources_that_do_not_fit_are_left_to_the_rest(addon, scene, grating, group, monkeypatch, capfd):
-    everything = addon.eevee_constants.constant_bytes(group)
+    everything = addon.interface.constant_bytes(group)
     assert answers(group) == 1 + 3 and addon.skin.crowded(group) == []
     leave(addon, monkeypatch, everything - 1)
     addon.skin.refill(group, addon.response.responses_in(group))
     assert answers(group) == 1 + 2
-    a_source = everything - addon.eevee_constants.constant_bytes(group)
+    a_source = everything - addon.interface.constant_bytes(group)
     leave(addon, monkeypatch, everything - a_source - 1)
     addon.skin.refill(group, addon.response.responses_in(group))
     (line,) = addon.skin.crowded(group)
@@ -92,7 +92,7 @@ def test_sources_that_do_not_fit_are_left_to_the_rest(addon, scene, grating, gro
     assert line in layout.noted("ERROR")
     # Without a change the group is not rebuilt.
     monkeypatch.setattr(addon.skin, "fill_group", lambda *_, **__: pytest.fail("the group is built again"))
-    addon.following_lamps.update_all_lamps()
+    addon.lighting.update_all_lamps()
     monkeypatch.undo()
     # The lamps alone exceed the limit.
     leave(addon, monkeypatch, 1000)
@@ -122,14 +122,16 @@ def test_a_snake_of_two_bakes_reads_all_eight_sources(addon, scene, skins):
     source = Source(np.array((0.0, 0.6, 0.8)), np.array((3.0, 2.0, 1.0)), 1e-4)
     addon.sky.hold_sources(scene, [source] * 8, fingerprint=addon.fitting_worlds._fingerprint(scene), missed=0.0)
     assert bpy.ops.grating.assign() == {"FINISHED"}
-    addon.varying.vary(scene, gratings.items[0], addon.variation.Variation(shares=(0.4,)), others=[gratings.items[1]])
+    addon.making_materials.vary(
+        scene, gratings.items[0], addon.grating.Variation(shares=(0.4,)), others=[gratings.items[1]]
+    )
     group = gratings.items[0].group
     scene.world = None
     assert len(addon.response.responses_in(group)) == 2
 
     def fits(number: int, sources: int = 8) -> bool:
-        held = addon.eevee_constants.constant_bytes(gratings.items[0].material.node_tree)
-        return answers(group) == number and group["ng_sources_read"] == sources and held <= addon.eevee_constants.ROOM
+        held = addon.interface.constant_bytes(gratings.items[0].material.node_tree)
+        return answers(group) == number and group["ng_sources_read"] == sources and held <= addon.interface.ROOM
 
     assert fits(2) and addon.skin.crowded(group) == []  # the label counts nodes of the first bake
     addon.skin.set_up(group, every_lamp=True)
@@ -141,7 +143,7 @@ def test_a_snake_of_two_bakes_reads_all_eight_sources(addon, scene, skins):
 
 def test_a_base_that_leaves_no_room_is_told(addon, grating, group, monkeypatch, capfd):
     assert addon.material.overfull([grating.material]) == []
-    room = addon.eevee_constants.constant_bytes(group) + addon.skin._LEFT
+    room = addon.interface.constant_bytes(group) + addon.skin._LEFT
     for module in (addon.skin, addon.material):
         monkeypatch.setattr(module, "ROOM", room)
     tree = addon.builder.Tree(grating.material.node_tree)

@@ -10,7 +10,7 @@ import pytest
 
 from devtools import EXTENSION
 from precompute.surface.generated.kinds import KINDS, PARAMETERS, PERIOD_UNITS
-from precompute.table.atlas_file import read_header
+from precompute.table.atlas import read_header
 
 
 @pytest.fixture

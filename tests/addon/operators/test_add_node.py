@@ -40,7 +40,7 @@ def test_a_grating_is_added_ready_to_use(material, grating, addon):
     assert tuple(node.location) == PLACE
     assert node.inputs["Roughness"].default_value == 0.25
     pattern = addon.hologram_nodes.hologram_of(node)
-    assert addon.pattern_nodes.pattern_of(pattern.node_tree) == "CRYSTAL"
+    assert addon.hologram_nodes.pattern_of(pattern.node_tree) == "CRYSTAL"
     # The UV map's square fills the plane, so its shape is the plane's, to single precision.
     assert pattern.inputs["Aspect"].default_value == pytest.approx(0.5, rel=1e-5)
     # The pattern and its UV Map follow the mouse with the node.
@@ -96,9 +96,9 @@ def test_a_group_is_not_added_to_itself(material, grating, addon):
     bpy.ops.grating.add_grating_node()
     inside = next(node.node_tree for node in grating.group.nodes if node.type == "GROUP")
     for tree in (grating.group, inside):
-        place = addon.adding_nodes.Place(material, tree, PLACE)
-        with pytest.raises(addon.adding_nodes.GratingError, match="its own node group is open; press Tab"):
-            addon.adding_nodes.add_grating_node(bpy.context.scene, "", place)
+        place = addon.presets.Place(material, tree, PLACE)
+        with pytest.raises(addon.presets.GratingError, match="its own node group is open; press Tab"):
+            addon.presets.add_grating_node(bpy.context.scene, "", place)
 
 
 def test_it_is_undone_and_redone(material, grating):
@@ -114,8 +114,8 @@ def test_it_is_undone_and_redone(material, grating):
 
 def test_a_preset_is_added_to_the_scene_and_as_a_node(material, monkeypatch, addon, baked):
     """Where no draft ships, it is baked first."""
-    monkeypatch.setattr(addon.adding_nodes, "bake_and_wait", lambda grating: setattr(grating, "bake_path", str(baked)))
-    monkeypatch.setattr(addon.adding_presets, "take_draft", lambda *_: None)
+    monkeypatch.setattr(addon.presets, "bake_and_wait", lambda grating: setattr(grating, "bake_path", str(baked)))
+    monkeypatch.setattr(addon.presets, "take_draft", lambda *_: None)
     assert bpy.ops.grating.add_preset_node(preset="gold_foil") == {"FINISHED"}
     grating = bpy.context.scene.natural_gratings.active()
     assert grating.name == "Gold Holographic Foil"
@@ -131,7 +131,7 @@ def test_a_pattern_is_added_with_its_uv_map(material, addon, pattern):
     bpy.context.view_layer.update()
     assert bpy.ops.grating.add_pattern_node(pattern=pattern) == {"FINISHED"}
     node = material.node_tree.nodes.active
-    assert addon.pattern_nodes.pattern_of(node.node_tree) == pattern
+    assert addon.hologram_nodes.pattern_of(node.node_tree) == pattern
     assert node.inputs["Vector"].links[0].from_node.type == "UVMAP"
     assert node.inputs["Aspect"].default_value == pytest.approx(2.0, rel=1e-5)
     assert len(selected(material)) == 2

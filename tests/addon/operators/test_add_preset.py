@@ -9,9 +9,7 @@ import bpy
 import pytest
 
 from devtools import EXTENSION
-from precompute.presets.drafts import draft_request
-from precompute.presets.preset_hologram import PATTERNS
-from precompute.presets.presets import INPUTS, preset_names, read_preset
+from precompute.presets.presets import INPUTS, PATTERNS, draft_request, preset_names, read_preset
 
 
 @pytest.fixture
@@ -61,7 +59,7 @@ def test_a_faulty_file_is_reported_in_one_line(module, monkeypatch):
         raise faulty
 
     monkeypatch.setattr(presets, "read_preset", fail)
-    monkeypatch.setattr(importlib.import_module(f"{EXTENSION}.addon.workflow.adding_presets"), "read_preset", fail)
+    monkeypatch.setattr(importlib.import_module(f"{EXTENSION}.addon.workflow.presets"), "read_preset", fail)
     assert module._item("cd") == ("cd", "cd", str(faulty))
     told = []
     operator = SimpleNamespace(preset="cd", assign=False, report=lambda *line: told.append(line))
@@ -129,7 +127,7 @@ def test_its_material_has_the_base_and_the_inputs(addon, scene, tmp_path, monkey
     for name, value in preset.inputs.items():
         assert node.inputs[name].default_value == pytest.approx(value)
     pattern = addon.hologram_nodes.hologram_of(node)
-    assert addon.pattern_nodes.pattern_of(pattern.node_tree) == "DOT_MATRIX"
+    assert addon.hologram_nodes.pattern_of(pattern.node_tree) == "DOT_MATRIX"
     for name, value in preset.hologram.inputs.items():
         assert pattern.inputs[name].default_value == pytest.approx(value)
     assert pattern.inputs["Strength"].default_value == 1.0

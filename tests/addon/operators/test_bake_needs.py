@@ -36,7 +36,7 @@ def shown_pixels(addon, grating):
 
 
 def test_one_click_measures_bakes_and_swaps(addon, scene, coarse, watched):
-    from precompute.table.atlas_file import read_header
+    from precompute.table.atlas import read_header
 
     material, first, before = watched.active_material, coarse.bake_path, shown_pixels(addon, coarse)
     assert bpy.ops.grating.needs() == {"FINISHED"}
@@ -158,9 +158,9 @@ def test_a_bake_that_comes_out_no_smaller_is_not_taken(addon, coarse, monkeypatc
 
 def test_the_estimate_is_that_of_a_bake(addon, scene, coarse, watched):
     """A bake's texels differ by up to 7 % (workflow/measuring_needs.py), which is 15 % of its bytes."""
-    from precompute.bake.expected import expected_table_bytes
     from precompute.bake.needs import EVERYTHING
-    from precompute.table.atlas_file import read_header
+    from precompute.bake.plan import expected_table_bytes
+    from precompute.table.atlas import read_header
 
     layout, _ = read_header(coarse.baked_file())
     part, whole = expected_table_bytes(layout, EVERYTHING)

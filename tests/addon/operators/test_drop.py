@@ -11,7 +11,7 @@ from PIL import Image
 
 from laboratory.benchmarks.hostile import instruments
 from precompute.surface.readers.reader_registry import dropped, extensions
-from precompute.table.atlas_file import read_header
+from precompute.table.atlas import read_header
 
 
 def test_files_of_microscopes_may_be_dropped_on_a_3d_view(scene):

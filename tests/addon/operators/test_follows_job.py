@@ -26,7 +26,7 @@ class Job:
 @pytest.fixture
 def following(extension):
     """A follower of a job, the context, and what was reported."""
-    base = importlib.import_module(f"{EXTENSION}.addon.operators.follows_job").FollowsJob
+    base = importlib.import_module(f"{EXTENSION}.addon.operators.shared").FollowsJob
     told, bar, timers = [], [], []
 
     class Follower(base):

@@ -14,7 +14,7 @@ from precompute.methods import dft_images
 from precompute.methods.flss import build
 from precompute.surface.relief import prepare
 from precompute.surface.samples.ruled_gratings import blazed
-from precompute.table.atlas_file import HEADER_KEY, write_together
+from precompute.table.atlas import HEADER_KEY, write_together
 
 # The change to a bake's record, as text, and to its image; and a part of the error line.
 FAULTS = {

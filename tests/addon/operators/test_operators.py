@@ -13,7 +13,7 @@ import pytest
 
 from devtools import EXTENSION, ROOT
 from precompute.surface.readers.reader_registry import READERS
-from precompute.table.atlas_file import read_header
+from precompute.table.atlas import read_header
 
 # Enables the extension in an empty user folder and prints the modules that this loaded.
 ENABLE = """

@@ -9,7 +9,7 @@ import OpenEXR
 import pytest
 
 from devtools import ROOT
-from precompute.world_sources.panorama import panorama_cells
+from precompute.world_sources.sources import panorama_cells
 from sample_scenes.room import BLOCKS, HIGH, PANELS, room
 
 ROWS = 32

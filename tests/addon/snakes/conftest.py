@@ -13,7 +13,7 @@ from devtools import EXTENSION  # noqa: E402
 @pytest.fixture(scope="module")
 def room(extension):
     """The modules of addon/snakes by name."""
-    names = ("body", "ends", "head", "lattice", "poses", "scales", "shape", "shed", "species", "spine")
+    names = ("body", "ends", "head", "mesh", "scales", "shape")
     return {name: importlib.import_module(f"{EXTENSION}.addon.snakes.{name}") for name in names}
 
 
@@ -25,7 +25,7 @@ def make(room):
     def make(species="XENOPELTIS", pose="RESTING", faces=50_000, *, flatness=0.75, seed=0):
         asked = species, pose, faces, flatness, seed
         if asked not in made:
-            spine = room["spine"].spine_along(room["poses"].POSES[pose], 1.0)
+            spine = room["body"].spine_along(room["body"].POSES[pose], 1.0)
             made[asked] = room["shape"].snake_shape(spine, species, room["shape"].Detail(faces, flatness, seed))
         return made[asked]
 

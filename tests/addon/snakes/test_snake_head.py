@@ -10,7 +10,7 @@ SPECIES = ("XENOPELTIS", "ELAPHE")
 def test_a_head_has_plates_a_mouth_and_nostrils(room):
     share, angle = (k.ravel() for k in np.meshgrid(np.linspace(0, 1, 200), np.linspace(-np.pi, np.pi, 201)))
     for species, on_midline in (("XENOPELTIS", 3), ("ELAPHE", 2)):
-        head = room["head"].head_of(room["species"].SPECIES[species])
+        head = room["head"].head_of(room["body"].SPECIES[species])
         relief = room["head"].relief(share, angle, head, length=2.9)
         # Rostral, frontal and the interparietal of Xenopeltis; ten pairs on the top and sides, eight pairs of lips.
         outlines = len(head.plates.outlines)
@@ -33,7 +33,7 @@ def test_the_outlines_of_a_heads_plates_leave_no_gaps(room):
     share, angle = (k.ravel() for k in np.meshgrid(np.linspace(0.03, 0.65, 100), np.radians(np.linspace(1, 103, 100))))
     x, y = head._flat(share, angle, 2.9)
     for species in SPECIES:
-        plates = head.head_of(room["species"].SPECIES[species]).plates
+        plates = head.head_of(room["body"].SPECIES[species]).plates
         held = sum(
             head._outline(x, y, outline, 2.9, open_at_midline=False)[0].astype(int) for outline in plates.outlines
         )
@@ -42,7 +42,7 @@ def test_the_outlines_of_a_heads_plates_leave_no_gaps(room):
 
 
 def test_lips_are_pale_along_the_mouth_and_nowhere_else(room):
-    head = room["head"].head_of(room["species"].SPECIES["XENOPELTIS"])
+    head = room["head"].head_of(room["body"].SPECIES["XENOPELTIS"])
     share, degrees = np.array(((0.3, 98), (0.45, 96), (0.3, 60), (0.3, 0), (0.95, 100), (0.3, 180)), float).T
     lip = room["head"].relief(share, np.radians(degrees), head, length=2.9).lip
     assert lip[:2] == pytest.approx(1, abs=0.2) and (lip[2:] == 0).all()

@@ -84,7 +84,7 @@ def test_uvs_run_along_the_body_and_are_right_handed(make, species, faces):
 def test_t_points_to_the_tail_and_the_faces_outwards(room, make, pose):
     """On the plates; their edges are too steep."""
     shape = make(pose=pose, faces=200_000)
-    spine = room["spine"].spine_along(room["poses"].POSES[pose], 1.0)
+    spine = room["body"].spine_along(room["body"].POSES[pose], 1.0)
     p, uv, after = shape.points[shape.corners], shape.uv, following(shape)
     first = shape.starts
     edge_p, edge_uv = p[after] - p, uv[after] - uv
@@ -120,8 +120,8 @@ def test_plates_are_nearly_flush_on_the_back(room, make, species, least, most):
     """The plates' normals differ from the smooth body's by a few degrees: by dome, lift, turn and keel."""
     shape = make(species, "S", faces=200_000)
     normals, keep = plate_normals(shape)
-    spine = room["spine"].spine_along(room["poses"].POSES["S"], 1.0)
-    body = room["body"].body_along(spine, room["species"].SPECIES[species])
+    spine = room["body"].spine_along(room["body"].POSES["S"], 1.0)
+    body = room["body"].body_along(spine, room["body"].SPECIES[species])
     first = shape.starts
     s = np.add.reduceat(shape.s[shape.corners], first) / face_sizes(shape)
     v = np.add.reduceat(shape.uv[:, 1], first) / face_sizes(shape)
@@ -140,7 +140,7 @@ def turns_within_plates(room, shape):
     """For each plate (n,) on the back of the stout half of the body: by how much its normals turn across the body, over
     the angle around the body that they lie apart. Least squares."""
     normals, keep = plate_normals(shape)
-    spine = room["spine"].spine_along(room["poses"].POSES["S"], 1.0)
+    spine = room["body"].spine_along(room["body"].POSES["S"], 1.0)
     s = (np.add.reduceat(shape.s[shape.corners], shape.starts) / face_sizes(shape))[keep]
     angle = (np.add.reduceat(shape.uv[:, 1], shape.starts) / face_sizes(shape))[keep] * 2 * np.pi
     side, back = (np.stack([np.interp(s, spine.s, part[:, k]) for k in range(3)], axis=1) for part in spine[3:])
@@ -163,7 +163,7 @@ def test_flat_plates_take_away_their_share_of_the_bodys_roundness(room, make, fl
 
 
 def test_the_same_seed_makes_the_same_snake_and_another_seed_turns_its_plates(make, room):
-    spine = room["spine"].spine_along(room["poses"].POSES["RESTING"], 1.0)
+    spine = room["body"].spine_along(room["body"].POSES["RESTING"], 1.0)
     again = room["shape"].snake_shape(spine, "XENOPELTIS", room["shape"].Detail(50_000))
     other = make(seed=1)
     np.testing.assert_array_equal(make().points, again.points)
@@ -191,8 +191,8 @@ def test_attributes_are_from_0_to_1_and_a_scale_has_one_random_number(make):
 
 def test_a_body_does_not_cut_itself(room):
     for name in POSES:
-        for species in room["species"].SPECIES.values():
-            spine = room["spine"].spine_along(room["poses"].POSES[name], 1.0)
+        for species in room["body"].SPECIES.values():
+            spine = room["body"].spine_along(room["body"].POSES[name], 1.0)
             body = room["body"].body_along(spine, species)
             sizes = body.sizes(spine.s)
             axis = (spine.points + sizes.axis[:, None] * spine.back)[::4]
@@ -208,7 +208,7 @@ def test_a_body_does_not_cut_itself(room):
 
 def test_a_spine_has_the_length_asked_for_and_its_back_up(room):
     for name in POSES:
-        spine = room["spine"].spine_along(room["poses"].POSES[name], 0.7)
+        spine = room["body"].spine_along(room["body"].POSES[name], 0.7)
         steps = np.linalg.norm(np.diff(spine.points, axis=0), axis=1)
         assert spine.length == pytest.approx(0.7)
         assert steps.sum() == pytest.approx(0.7, rel=1e-4)
@@ -223,25 +223,25 @@ def test_a_spine_has_the_length_asked_for_and_its_back_up(room):
 
 def test_a_spine_along_no_line_is_refused(room):
     with pytest.raises(Exception, match="its line has no length; give a curve of two or more different points"):
-        room["spine"].spine_along(np.ones((5, 3)))
+        room["body"].spine_along(np.ones((5, 3)))
 
 
 def test_a_spine_follows_a_polygon_of_two_points(room):
-    spine = room["spine"].spine_along(np.array([(0, 0, 0), (0, 0, 2.0)]))
+    spine = room["body"].spine_along(np.array([(0, 0, 0), (0, 0, 2.0)]))
     assert spine.length == pytest.approx(2)
     np.testing.assert_allclose(spine.tail, np.tile((0, 0, 1.0), (len(spine.s), 1)), atol=1e-9)
 
 
 @pytest.mark.parametrize("faces", [10_999, 1_000_001, -1])
 def test_too_few_and_too_many_faces_are_refused(room, faces):
-    spine = room["spine"].spine_along(room["poses"].POSES["S"], 1.0)
+    spine = room["body"].spine_along(room["body"].POSES["S"], 1.0)
     with pytest.raises(Exception, match=f"snake: {faces} faces; give 11000 to 1000000"):
         room["shape"].snake_shape(spine, "XENOPELTIS", room["shape"].Detail(faces))
 
 
 def test_samples_of_a_side_rise_from_the_groove_to_the_next(room):
     for n in range(2, 30):
-        at = room["lattice"].samples(n)
+        at = room["scales"].samples(n)
         assert len(at) == n and at[0] == 0 and (np.diff(np.append(at, 1)) > 0).all()
         # Both ends are alike: the groove's side and the rim are equally wide at the head edge and the tail edge.
         np.testing.assert_allclose(at[1:], 1 - at[1:][::-1], atol=1e-12)
@@ -260,7 +260,7 @@ def test_angles_at_the_seam_and_at_tips_are_those_of_their_face(room):
 @pytest.mark.parametrize("species", SPECIES)
 @pytest.mark.parametrize("faces", [11_000, 200_000, 1_000_000])
 def test_a_shed_skin_is_one_sheet_with_one_edge(room, species, faces):
-    shape = room["shed"].shed_shape(species, size=0.06, faces=faces, seed=3)
+    shape = room["mesh"].shed_shape(species, size=0.06, faces=faces, seed=3)
     assert len(shape.starts) == pytest.approx(faces, rel=0.05)
     size = len(shape.points)
     one, other = shape.corners.astype(np.int64), shape.corners[following(shape)]
@@ -279,7 +279,7 @@ def test_a_shed_skin_is_one_sheet_with_one_edge(room, species, faces):
 
 
 def test_a_shed_skin_repeats_with_its_seed(room):
-    one, again, other = (room["shed"].shed_shape("ELAPHE", size=0.06, faces=11_000, seed=k) for k in (1, 1, 2))
+    one, again, other = (room["mesh"].shed_shape("ELAPHE", size=0.06, faces=11_000, seed=k) for k in (1, 1, 2))
     np.testing.assert_array_equal(one.points, again.points)
     assert not np.array_equal(one.points, other.points)
 
@@ -287,4 +287,4 @@ def test_a_shed_skin_repeats_with_its_seed(room):
 @pytest.mark.parametrize("faces", [10_999, 1_000_001])
 def test_too_few_and_too_many_faces_of_shed_skin_are_refused(room, faces):
     with pytest.raises(Exception, match=f"shed skin: {faces} faces; give 11000 to 1000000"):
-        room["shed"].shed_shape("ELAPHE", size=0.06, faces=faces)
+        room["mesh"].shed_shape("ELAPHE", size=0.06, faces=faces)

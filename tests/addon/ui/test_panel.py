@@ -31,7 +31,7 @@ def following(addon, scene):
     def tell(**context):
         given = context_of()
         vars(given).update(context)
-        return addon.next_step.next_step(given, scene.natural_gratings.active(), addon.facts.facts_of(given))
+        return addon.facts.next_step(given, scene.natural_gratings.active(), addon.facts.facts_of(given))
 
     return tell
 
@@ -130,9 +130,9 @@ def test_a_dial_that_nodes_drive_says_so(scene, grating, panel, addon):
 @pytest.mark.parametrize("quality", ["DRAFT", "GOOD", "EXACT"])
 def test_a_quality_sets_the_bake(scene, grating, addon, quality):
     bpy.ops.grating.choose_quality(quality=quality)
-    assert addon.bake_quality.quality_of(grating) == quality
+    assert addon.grating.quality_of(grating) == quality
     grating.delta_e = 2.0
-    assert addon.bake_quality.quality_of(grating) == ""
+    assert addon.grating.quality_of(grating) == ""
 
 
 def test_the_surface_offers_the_pictures_that_it_can_show(scene, grating, scan, panel):

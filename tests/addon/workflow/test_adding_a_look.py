@@ -41,7 +41,7 @@ def test_new_nodes_begin_with_the_hologram(painted, grating, addon):
     assert bpy.ops.grating.add_diffraction() == {"FINISHED"}
     for plane in painted:
         pattern = hologram(plane.active_material, addon)
-        assert addon.pattern_nodes.pattern_of(pattern.node_tree) == "CRYSTAL"
+        assert addon.hologram_nodes.pattern_of(pattern.node_tree) == "CRYSTAL"
         assert pattern.inputs["Shards"].default_value == 5
         # The UV map's square fills the plane, so its shape is the plane's, to single precision.
         assert pattern.inputs["Aspect"].default_value == pytest.approx(plane.scale.y, rel=1e-5)

@@ -121,7 +121,7 @@ def test_the_lamp_that_lights_it(scene, carrier, addon, capfd):
 def test_diffraction_does_not_follow_it(scene, carrier, addon):
     bpy.ops.grating.add_diffraction_lamp()
     added().data.energy = 1e6
-    addon.following_lamps.update_all_lamps()
+    addon.lighting.update_all_lamps()
     assert [lamp.name for lamp in addon.follow.followed_lamps(scene)] == ["Sun"]
     assert not addon.find.unfollowed_features(scene, addon.follow.followed_lamps(scene))
     holder = bpy.data.collections.new("Held")

@@ -157,7 +157,7 @@ def test_it_is_there_in_a_file_that_is_opened_again(assigned, addon, add, tmp_pa
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "foil.blend"))
     grating = bpy.context.scene.natural_gratings.items[0]
     node = sources(addon, grating.material)[0]
-    assert addon.pattern_nodes.pattern_of(node.node_tree) == "PICTURE"
+    assert addon.hologram_nodes.pattern_of(node.node_tree) == "PICTURE"
     (image,) = [each.image for each in node.node_tree.nodes if each.type == "TEX_IMAGE"]
     assert image.packed_file is not None and image.colorspace_settings.is_data
     assert addon.adding_holograms.hologram_summary(grating.group) == "From Picture"

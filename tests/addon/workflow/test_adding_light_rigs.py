@@ -93,7 +93,7 @@ def test_rotation_turns_the_key(lit):
 
 
 def grey(lamp, middle=(0.0, 0.0, 0.0)) -> float:
-    """The radiance of a 50 % grey surface that faces a lamp, by Blender's units of strength (lamps/strength.py). An
+    """The radiance of a 50 % grey surface that faces a lamp, by Blender's units of strength (lamps/find.py). An
     area lamp has the form factor of a disc of its area."""
     data, squared = lamp.data, (lamp.location - Vector(middle)).length_squared
     if data.type == "SUN":
@@ -272,8 +272,8 @@ def test_a_view_without_a_camera(lit, addon):
         m.add_light_rig(scene, depsgraph, m.Rig(), objects=[lit], view=view)
         assert U_LOW <= abs(to_lamp(rig()["Rig Sun"])[0]) <= U_HIGH
     scene.camera = camera
-    pixels, by_camera = addon.view_rays.ViewPixels(view), addon.camera_rays.Pixels(scene, camera)
-    seen = addon.view_rays.ViewPixels(SimpleNamespace(
+    pixels, by_camera = addon.seen_surfaces.ViewPixels(view), addon.seen_surfaces.Pixels(scene, camera)
+    seen = addon.seen_surfaces.ViewPixels(SimpleNamespace(
         view_matrix=camera.matrix_world.inverted(), window_matrix=lens, view_distance=10.0,
     ))  # fmt: skip
     at = np.random.default_rng(0).uniform(size=(20, 2))
@@ -292,8 +292,8 @@ def test_a_view_stands_before_the_camera_only_if_asked(lit, addon):
     scene, depsgraph = bpy.context.scene, bpy.context.evaluated_depsgraph_get()
     lens = scene.camera.calc_matrix_camera(depsgraph, x=160, y=90)
     view = SimpleNamespace(view_matrix=Matrix.Translation((0, 0, -10)), window_matrix=lens, view_perspective="PERSP")
-    for asked, kind in ((True, addon.view_rays.ViewPixels), (False, addon.camera_rays.Pixels)):
-        assert type(addon.view_rays.seen_from(scene, depsgraph, view, from_view=asked)) is kind
+    for asked, kind in ((True, addon.seen_surfaces.ViewPixels), (False, addon.seen_surfaces.Pixels)):
+        assert type(addon.seen_surfaces.seen_from(scene, depsgraph, view, from_view=asked)) is kind
 
 
 @pytest.mark.parametrize(("perspective", "taken"), [("PERSP", "VIEW"), ("ORTHO", "VIEW"), ("CAMERA", "CAMERA")])
@@ -305,13 +305,13 @@ def test_the_button_takes_what_the_artist_looks_through_and_shows_it_rendered(ad
     context = SimpleNamespace(space_data=SimpleNamespace(shading=shading, region_3d=view))
     for done, shown in (({"CANCELLED"}, "SOLID"), ({"FINISHED"}, "RENDERED")):
         operator = SimpleNamespace(seen_from="CAMERA", execute=lambda _, done=done: done)
-        assert addon.add_light_rig.AddLightRig.invoke(operator, context, None) == done
+        assert addon.light.AddLightRig.invoke(operator, context, None) == done
         assert (operator.seen_from, shading.type) == (taken, shown)
 
 
 def test_points_in_the_picture(lit, addon):
     """The camera, of 50 mm on 36 mm, sees 3.6 to each side at its distance of 10, and 9 / 16 of it up and down."""
-    pixels = addon.camera_rays.Pixels(bpy.context.scene, bpy.context.scene.camera)
+    pixels = addon.seen_surfaces.Pixels(bpy.context.scene, bpy.context.scene.camera)
     inside = np.array([(0, 0, 0), (3.5, 0, 0), (0, 1.9, 0), (1.7, 0, 5)])
     outside = np.array([(3.7, 0, 0), (0, 2.1, 0), (1.9, 0, 5), (0, 0, 20)])
     assert pixels.shows(inside).all()

@@ -52,7 +52,7 @@ def test_an_appended_material_becomes_a_grating(file, addon, capfd):
     assert "Not in the list: Diffraction waves" in layout.noted("INFO") and "grating.adopt" in layout.operators
     assert "Diffraction waves: is now the grating waves" in reports(bpy.ops.grating.adopt, capfd)
     (made,) = gratings()
-    shown = made.lights, made.shadows, made.footprint, made.frame_kind, made.frame_axis
+    shown = made.lights, made.shadows, made.skin_nodes, made.frame_kind, made.frame_axis
     assert shown == ("LAMPS", False, False, "AXIS", "Y")
     assert made.baked_file().is_file() and made.group.name == made.material.name == "Diffraction waves"
     layout = drawn(addon)
@@ -123,12 +123,12 @@ def test_a_removed_grating_can_be_adopted_again(scene, grating, addon):
 def test_another_scenes_grating_is_offered_where_an_object_shows_it(scene, grating, addon):
     bpy.ops.grating.assign()
     other = bpy.data.scenes.new("Other")
-    assert addon.group_users.strays(other) == []
+    assert addon.material.strays(other) == []
     other.collection.objects.link(bpy.context.object)
-    assert addon.group_users.strays(other) == [grating.group]
+    assert addon.material.strays(other) == [grating.group]
     addon.adopting.adopt(other)
     (made,) = other.natural_gratings.items
-    assert made.group == grating.group and addon.group_users.strays(scene) == []
+    assert made.group == grating.group and addon.material.strays(scene) == []
     bpy.data.scenes.remove(other)
 
 
@@ -136,14 +136,14 @@ def test_materials_of_osl_and_unused_ones_are_not_offered(scene, grating, addon,
     scene.render.engine = "CYCLES"  # Blender compiles scripts only under Cycles
     addon.making_materials.new_diffraction_group(baked)
     bpy.context.object.data.materials.append(addon.making_osl_references.reference_from_bake(scene, baked))
-    assert addon.group_users.strays(scene) == []
+    assert addon.material.strays(scene) == []
 
 
 @pytest.mark.parametrize(("count", "line"), [
     (0, "On no object"), (1, "On: A"), (2, "On: A and B"), (3, "On: A, B and C"), (5, "On: A, B and 3 more"),
 ])  # fmt: skip
 def test_the_line_of_objects(addon, count, line):
-    assert addon.group_users.on_objects([SimpleNamespace(name=name) for name in "ABCDE"[:count]]) == line
+    assert addon.material.on_objects([SimpleNamespace(name=name) for name in "ABCDE"[:count]]) == line
 
 
 def test_objects_are_found_behind_groups_and_slots(scene, grating, addon):
@@ -160,8 +160,8 @@ def test_objects_are_found_behind_groups_and_slots(scene, grating, addon):
     hidden = data.objects.new("Hidden", plane.data)
     hidden.material_slots[0].link = "OBJECT"
     hidden.material_slots[0].material = data.materials.new("Paint")
-    assert addon.group_users.shown_by(grating.group) == [curve, plane]
-    assert addon.choosing_direction.meshes_that_show(grating.group) == [plane]
+    assert addon.material.shown_by(grating.group) == [curve, plane]
+    assert addon.directing.meshes_that_show(grating.group) == [plane]
 
 
 def add_sample(capfd):

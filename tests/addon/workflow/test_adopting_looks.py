@@ -76,7 +76,7 @@ def test_a_pasted_preset_keeps_its_look(copied, addon, preset, pasted):
     assert fields(made) == held and made.baked_file().is_file()
     assert values(made.material, addon) == had
     assert bpy.context.scene.render.use_high_quality_normals
-    assert not addon.remembered_bakes.is_asked_otherwise(made)
+    assert not addon.bakes.is_asked_otherwise(made)
     bpy.ops.mesh.primitive_plane_add()
     assert bpy.ops.grating.assign() == {"FINISHED"}
     assert bpy.context.object.active_material == bpy.data.objects["Plane"].active_material

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from precompute.base.exr import open_picture
-from precompute.table.atlas_file import read_header
+from precompute.table.atlas import read_header
 
 
 @pytest.fixture
@@ -113,30 +113,30 @@ def test_a_metals_bake_holds_its_reflectance(grating):
 def test_a_grating_whose_bake_undo_took_away_knows_it_again(scene, grating, addon):
     path, summary = grating.bake_path, grating.bake_summary
     grating.bake_path = grating.bake_summary = ""  # as undo leaves it
-    assert addon.remembered_bakes.recall_bakes in bpy.app.handlers.undo_post
-    assert addon.remembered_bakes.recall_bakes in bpy.app.handlers.redo_post
-    addon.remembered_bakes.recall_bakes()
+    assert addon.bakes.recall_bakes in bpy.app.handlers.undo_post
+    assert addon.bakes.recall_bakes in bpy.app.handlers.redo_post
+    addon.bakes.recall_bakes()
     assert (grating.bake_path, grating.bake_summary) == (path, summary)
     grating.bake_path, grating.delta_e = "", 0.7  # differs from the bake that was made
-    addon.remembered_bakes.recall_bakes()
+    addon.bakes.recall_bakes()
     assert grating.bake_path == ""
 
 
 def test_settings_that_changed_since_the_bake_are_noticed(scene, grating, addon, tmp_path):
-    assert not addon.remembered_bakes.is_asked_otherwise(grating)
+    assert not addon.bakes.is_asked_otherwise(grating)
     others = {"delta_e": 0.7, "coherence_um": 5.0, "spread_deg": 2.0, "size_um": 5.0, "matter": "GOLD"}
     for name, other in others.items():
         before = getattr(grating, name)
         setattr(grating, name, other)
-        assert addon.remembered_bakes.is_asked_otherwise(grating), name
+        assert addon.bakes.is_asked_otherwise(grating), name
         setattr(grating, name, before)
-        assert not addon.remembered_bakes.is_asked_otherwise(grating), name
+        assert not addon.bakes.is_asked_otherwise(grating), name
     levelling = grating.levelling
     grating.levelling = "plane:robust"
-    assert addon.remembered_bakes.is_asked_otherwise(grating)
+    assert addon.bakes.is_asked_otherwise(grating)
     grating.levelling = levelling
     grating.source = str(tmp_path / grating.source.rsplit("/", 1)[-1])  # the same file, moved
-    assert not addon.remembered_bakes.is_asked_otherwise(grating)
+    assert not addon.bakes.is_asked_otherwise(grating)
 
 
 def test_what_is_set_during_a_bake_is_not_noted_as_baked(scene, grating, addon):
@@ -144,9 +144,9 @@ def test_what_is_set_during_a_bake_is_not_noted_as_baked(scene, grating, addon):
     facts = addon.baking.finished_bake(grating, request=request)
     grating.delta_e = 0.7
     addon.baking.record_bake(grating, facts, request)
-    assert addon.remembered_bakes.is_asked_otherwise(grating)
+    assert addon.bakes.is_asked_otherwise(grating)
     grating.delta_e = 6.0
-    assert not addon.remembered_bakes.is_asked_otherwise(grating)
+    assert not addon.bakes.is_asked_otherwise(grating)
 
 
 def test_what_was_given_for_one_file_is_not_offered_for_the_next(scene, scan):

@@ -43,7 +43,7 @@ def combed(thing, addon) -> np.ndarray:
     count = len(mesh.loop_triangles)
     source = addon.direction_source.DirectionSource()
     shares = np.full((count, 3), 1 / 3)
-    return addon.tangents_at_points.frame_field(mesh, np.arange(count), shares=shares, source=source).tangents
+    return addon.tangents.frame_field(mesh, np.arange(count), shares=shares, source=source).tangents
 
 
 def is_bare(thing) -> bool:

@@ -10,7 +10,7 @@ from tests.addon.direction.test_seams import grid, turn_uv
 
 def lines_of(addon, thing, source=None):
     source = source or addon.direction_source.DirectionSource()
-    return addon.direction_lines.direction_lines(thing, bpy.context.evaluated_depsgraph_get(), source)
+    return addon.directing.direction_lines(thing, bpy.context.evaluated_depsgraph_get(), source)
 
 
 def unit(lines) -> np.ndarray:
@@ -76,12 +76,12 @@ def test_a_mesh_without_a_direction_has_no_lines(scene, addon, spoil):
     bpy.context.view_layer.update()
     lines = lines_of(addon, bpy.context.object)
     assert len(lines.arrows) == len(lines.seams) == len(lines.singular) == 0
-    assert addon.direction_overlay.parts_of(lines) == []
+    assert addon.directing.parts_of(lines) == []
 
 
 def test_a_mesh_without_seams_shows_its_arrows(scene, addon):
     """Blender cannot make a batch of an empty array."""
-    (part,) = addon.direction_overlay.parts_of(lines_of(addon, grid(8)))
+    (part,) = addon.directing.parts_of(lines_of(addon, grid(8)))
     assert part.ends.shape == (3 * 2 * 128, 3)
 
 
@@ -108,20 +108,20 @@ def test_a_fault_while_drawing_switches_the_overlay_off_once(scene, addon, capfd
     def refuse() -> None:
         raise SystemError("GPU functions for drawing are not available in background mode")
 
-    monkeypatch.setattr(addon.direction_overlay, "_draw_lines", refuse)
+    monkeypatch.setattr(addon.directing, "_draw_lines", refuse)
     told = []
-    addon.direction_overlay.show(True, told.append)
+    addon.directing.show(True, told.append)
     try:
         for _ in range(2):
-            addon.direction_overlay._draw()
-        assert bpy.app.timers.is_registered(addon.direction_overlay._switch_off)
-        addon.direction_overlay._switch_off()
-        assert not addon.direction_overlay.is_shown()
+            addon.directing._draw()
+        assert bpy.app.timers.is_registered(addon.directing._switch_off)
+        addon.directing._switch_off()
+        assert not addon.directing.is_shown()
         assert len(told) == 1 and "Show Direction was switched off: drawing failed (SystemError" in told[0]
         assert capfd.readouterr().err.count("Show Direction") == 1
     finally:
-        addon.direction_overlay.show(False)
-        bpy.app.timers.unregister(addon.direction_overlay._switch_off)
+        addon.directing.show(False)
+        bpy.app.timers.unregister(addon.directing._switch_off)
 
 
 def test_nothing_is_drawn_in_background(scene, addon):

@@ -39,7 +39,7 @@ def test_a_lamp_in_the_wrong_place(addon, colourful, degrees, kind, told):  # no
     sun().rotation_euler = (0, math.radians(degrees), 0)
     (cause,) = found(addon)
     assert cause.kind == kind and told in cause.sentence
-    assert cause.button == addon.cause.light_button()
+    assert cause.button == addon.subject.light_button()
 
 
 def test_a_lamp_along_the_grooves(addon, colourful):  # noqa: F811
@@ -50,7 +50,7 @@ def test_a_lamp_along_the_grooves(addon, colourful):  # noqa: F811
 
 def test_a_light_rig_is_offered_where_there_is_one(addon, monkeypatch):
     monkeypatch.setattr(bpy.types, "GRATING_OT_light_rig", object, raising=False)
-    button = addon.cause.light_button()
+    button = addon.subject.light_button()
     assert (button.operator, button.properties) == ("grating.light_rig", {"kind": "SUN"})
 
 
@@ -88,7 +88,7 @@ def test_an_even_world_shows_no_colours_and_a_shining_object_may(addon, scene, c
 @pytest.fixture
 def window(addon, monkeypatch):
     """Let the search look at the 3D view of the screen, as with a window. The view looks through the camera."""
-    for module in (addon.finding_causes, addon.shown_things):
+    for module in (addon.finding_causes, addon.subject):
         monkeypatch.setattr(module, "has_window", lambda: True)
     (view,) = [area.spaces.active for area in bpy.context.screen.areas if area.type == "VIEW_3D"]
     kept = view.shading.type, view.region_3d.view_perspective
@@ -140,7 +140,7 @@ def test_a_lamp_hidden_by_its_eye(addon, colourful, window):  # noqa: F811
 def test_a_3d_view_looks_before_the_camera_and_without_one(addon, scene, colourful, monkeypatch):  # noqa: F811
     """A view like the camera's sees what the camera sees."""
     by_camera = addon.finding_causes.findings(bpy.context).summary
-    view = addon.view_rays.ViewPixels(view_like(scene.camera), (160, 90))
+    view = addon.seen_surfaces.ViewPixels(view_like(scene.camera), (160, 90))
     monkeypatch.setattr(addon.finding_causes, "_view_pixels", lambda context: view)
     by_view = by_camera.replace("the camera", "the 3D view")
     assert addon.finding_causes.findings(bpy.context).summary == by_view
@@ -152,7 +152,7 @@ def test_a_view_that_looks_through_the_camera_is_the_camera(addon, colourful, wi
     pixels = addon.finding_causes._view_pixels
     assert pixels(bpy.context) is None
     window.region_3d.view_perspective = "PERSP"
-    assert type(pixels(bpy.context)) is addon.view_rays.ViewPixels
+    assert type(pixels(bpy.context)) is addon.seen_surfaces.ViewPixels
 
 
 def test_a_camera_far_away_sees_the_colours_too(addon, scene, colourful):  # noqa: F811

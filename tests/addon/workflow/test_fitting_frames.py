@@ -144,9 +144,9 @@ def test_a_cancelled_job_changes_nothing(addon, scene, sky):
     job = addon.fitting_frames.FrameFits(scene, [3, 4, 5])
     assert job.running and job.running
     assert job.progress() == ("frame 5", pytest.approx(2 / 3))
-    addon.fit_frames.FitFrames.job = job
-    addon.fit_frames.FitFrames.stop()
-    assert addon.fit_frames.FitFrames.job is None
+    addon.light.FitFrames.job = job
+    addon.light.FitFrames.stop()
+    assert addon.light.FitFrames.job is None
     assert not job.running and scene.frame_current == 4
     assert addon.sky.source_count(scene) == 0 and "ng_world_frames" not in scene
 

@@ -49,7 +49,7 @@ def test_of_scenes_that_share_a_material_the_present_ones_settings_count(addon, 
         other.footprint = False
 
         def counts(first):
-            addon.following_settings.follow_settings(first)
+            addon.making_materials.follow_settings(first)
             return any(node.type == "BUMP" for node in grating.group.nodes)
 
         assert counts(scene) and not counts(second) and counts(scene)
@@ -75,7 +75,7 @@ def test_a_linked_scene_keeps_its_own_lamps(addon, scene, grating, tmp_path, mon
         brought.scenes = held.scenes
     assert sorted(each.library is None for each in bpy.data.scenes) == [False, True]
     followed = []
-    monkeypatch.setattr(addon.following_lamps, "update_lamps", lambda each, **_: followed.append(each))
-    addon.following_lamps.update_all_lamps()
+    monkeypatch.setattr(addon.lighting, "update_lamps", lambda each, **_: followed.append(each))
+    addon.lighting.update_all_lamps()
     assert followed == [scene]
     bpy.data.libraries.remove(bpy.data.libraries[path.name])

@@ -36,7 +36,7 @@ def test_backslashes_of_windows_are_separators(beside, addon, tmp_path, monkeypa
     monkeypatch.setenv("NATURAL_GRATINGS_CACHE", str(tmp_path / "cache"))
     beside.bake_path, beside.source = "//bakes\\waves.exr", "//.\\waves.png"
     assert beside.baked_file() == tmp_path / "bakes" / "waves.exr"
-    assert not addon.restoring_bakes.is_lost(beside)
+    assert not addon.finding_bakes.is_lost(beside)
     assert bpy.ops.grating.assign() == {"FINISHED"}
     assert bpy.ops.grating.bake() == {"FINISHED"}
 

@@ -90,7 +90,7 @@ def test_the_lamps_of_the_scene_light_it_and_the_panel_has_one_line(guest, addon
     thing = bring(guest, kind)
     scene = bpy.context.scene
     assert [lamp.data.type for lamp in addon.follow.followed_lamps(scene)] == ["SUN"] and scene["ng_key_0_on"]
-    assert addon.group_users.shown_by(addon.group_properties.diffraction_groups()[0]) == [thing]
+    assert addon.material.shown_by(addon.group_properties.diffraction_groups()[0]) == [thing]
     layout = drawn(addon)
     assert layout.noted("INFO").startswith(LINE) and layout.noted("ERROR") == ""
     assert "grating.adopt" not in layout.operators

@@ -9,12 +9,12 @@ import numpy as np
 import OpenEXR
 import pytest
 
-from precompute.bake.bake_folder import bake_to_folder
+from precompute.bake.make import bake_to_folder
 from precompute.bake.request import request_from
 from precompute.base.exr import open_picture
 from precompute.base.progress import silent
 from precompute.measure.stated_errors import stated_errors
-from precompute.table.atlas_file import HEADER_KEY, read_header
+from precompute.table.atlas import HEADER_KEY, read_header
 from precompute.table.sample_set import path_beside
 
 
@@ -63,7 +63,7 @@ def test_a_bake_of_a_synthetic_surface_can_be_baked_again(scene, addon, foil):
     assert (grating.matter, grating.plate_ior) == ("GOLD", 1.5)
     assert (grating.delta_e, grating.coherence_um, grating.levelling) == (6.0, 3.0, "none")
     assert grating.bake_request().as_dict() == header["request"]
-    assert not addon.remembered_bakes.is_asked_otherwise(grating)
+    assert not addon.bakes.is_asked_otherwise(grating)
     assert "period 1000 nm at 0 deg" in grating.summary and grating.quality
 
 

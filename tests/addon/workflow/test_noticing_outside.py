@@ -31,7 +31,7 @@ def narrowed(scene, watched, narrow, addon):
     grating.bake_path = str(narrow)
     addon.making_materials.refresh_group(grating)
     yield watched
-    addon.baked_region.note_outside(scene, [])
+    addon.bakes.note_outside(scene, [])
 
 
 def turn_camera(scene):
@@ -46,9 +46,9 @@ def test_the_region_is_noted_with_the_bake(scene, watched, narrow, addon):
     grating = scene.natural_gratings.active()
 
     def noted():
-        return addon.baked_region.noted_region(addon.response.response_in(grating.group).group)
+        return addon.bakes.noted_region(addon.response.response_in(grating.group).group)
 
-    assert noted() is None and not addon.baked_region.has_regions()
+    assert noted() is None and not addon.bakes.has_regions()
     wide, grating.bake_path = grating.bake_path, str(narrow)
     addon.making_materials.refresh_group(grating)
     held = noted()
@@ -56,24 +56,24 @@ def test_the_region_is_noted_with_the_bake(scene, watched, narrow, addon):
     assert 0.4 < held.region.u[0] <= 0.5 and 0.8 <= held.region.u[1] < 0.9 and held.w == (1.7, 2.0)
     grating.bake_path = wide
     addon.making_materials.refresh_group(grating)
-    assert noted() is None and not addon.baked_region.has_regions()
+    assert noted() is None and not addon.bakes.has_regions()
 
 
 def test_a_camera_that_was_turned_is_noticed(scene, narrowed, addon):
-    assert addon.noticing_outside.notice_outside(scene) == [] == addon.baked_region.noticed_outside(scene)
+    assert addon.finding_bakes.notice_outside(scene) == [] == addon.bakes.noticed_outside(scene)
     turn_camera(scene)
-    (line,) = addon.noticing_outside.notice_outside(scene)
+    (line,) = addon.finding_bakes.notice_outside(scene)
     assert line.startswith("Plane: 100% of its light is black, because its grating was baked for another camera or ")
     assert line.endswith("press Bake for This Scene again")
     # sin 40 + sin 20 is 0.98; the plane is 2 m wide, 10 m away.
     reached = float(line.split("u up to ")[1].split(",")[0])
     assert math.sin(math.radians(40)) + math.sin(math.radians(20)) < reached < 1.1
-    assert addon.baked_region.noticed_outside(scene) == [line]
+    assert addon.bakes.noticed_outside(scene) == [line]
 
 
 def test_light_from_everywhere_is_noticed(scene, narrowed, addon):
     bpy.ops.grating.lights(lights="REST")
-    (line,) = addon.noticing_outside.notice_outside(scene)
+    (line,) = addon.finding_bakes.notice_outside(scene)
     assert "u down to -1" in line and "w down to 0.9" in line
 
 
@@ -98,7 +98,7 @@ def test_it_is_told_at_assign_at_save_and_before_a_render(scene, narrowed, tmp_p
 def test_a_scene_without_a_camera_has_nothing_to_notice(scene, narrowed, addon):
     turn_camera(scene)
     scene.camera = None
-    assert addon.noticing_outside.notice_outside(scene) == []
+    assert addon.finding_bakes.notice_outside(scene) == []
 
 
 @pytest.mark.parametrize("mode", ["EDIT", "SCULPT", "WEIGHT_PAINT"])
@@ -109,6 +109,6 @@ def test_a_scene_is_saved_in_any_mode(scene, narrowed, addon, tmp_path, capfd, m
     try:
         assert bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "saved.blend"), copy=True) == {"FINISHED"}
         assert "Traceback" not in "".join(capfd.readouterr())
-        assert len(addon.noticing_outside.notice_outside(scene)) == (mode != "EDIT")
+        assert len(addon.finding_bakes.notice_outside(scene)) == (mode != "EDIT")
     finally:
         bpy.ops.object.mode_set(mode="OBJECT")

@@ -28,7 +28,7 @@ def test_a_clean_mask_changes_nothing(addon, node, name, by):
     node.inputs["Strength"].default_value = 0.7
     before = node.inputs[name].default_value
     assert bpy.ops.grating.paint(input=name, by=by) == {"FINISHED"}
-    spread = addon.painted_inputs.paint_of(node.inputs[name])
+    spread = addon.group_properties.paint_of(node.inputs[name])
     source = spread.inputs["Value"].links[0].from_node
     if by == "ATTRIBUTE":
         colours = np.empty(4 * 4, np.float32)
@@ -74,19 +74,19 @@ def test_under_a_hologram_the_pattern_s_own_input_is_painted(addon, node):
     bpy.ops.grating.hologram(pattern="DOT_MATRIX")
     bpy.ops.grating.paint(input="Strength", by="ATTRIBUTE")
     pattern = addon.hologram_nodes.hologram_of(node)
-    assert pattern is not None and addon.painted_inputs.paint_of(pattern.inputs["Strength"]) is not None
+    assert pattern is not None and addon.group_properties.paint_of(pattern.inputs["Strength"]) is not None
 
 
 def test_an_own_vertex_group_or_texture_is_the_mask(addon, node, scene, grating):
     plane = bpy.context.active_object
     plane.vertex_groups.new(name="Front").add([0, 1], 1.0, "REPLACE")
     assert bpy.ops.grating.paint(input="Strength", by="GROUP", group="Front") == {"FINISHED"}
-    spread = addon.painted_inputs.paint_of(node.inputs["Strength"])
+    spread = addon.group_properties.paint_of(node.inputs["Strength"])
     assert spread.inputs["Value"].links[0].from_node.attribute_name == "Front"
     assert plane.vertex_groups["Front"].weight(0) == 1.0
     image = bpy.data.images.new("Mine", 8, 8)
     lines = addon.painting_inputs.paint_input(scene, plane, "Rotation", by="TEXTURE", source="Mine")
-    spread = addon.painted_inputs.paint_of(node.inputs["Rotation"])
+    spread = addon.group_properties.paint_of(node.inputs["Rotation"])
     assert spread.inputs["Value"].links[0].from_node.image == image
     assert "set its Color Space to Non-Color" in lines[1]
 

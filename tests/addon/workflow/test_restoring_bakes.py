@@ -38,7 +38,7 @@ def drawn(addon):
 
 
 def following(addon):
-    return addon.next_step.next_step(context_of(), active(), addon.facts.facts_of(context_of()))
+    return addon.facts.next_step(context_of(), active(), addon.facts.facts_of(context_of()))
 
 
 def reopened(path):
@@ -91,16 +91,16 @@ def test_a_blend_that_was_moved_finds_its_bake_or_makes_it_anew(imported, addon,
     assert (LINE in drawn(addon).labels) != is_assigned
     if not is_assigned:
         assert bpy.ops.grating.bake() == {"FINISHED"}
-    assert bpy.ops.grating.assign() == {"FINISHED"} and addon.restoring_bakes.bake_of(active()).is_file()
+    assert bpy.ops.grating.assign() == {"FINISHED"} and addon.finding_bakes.bake_of(active()).is_file()
 
 
 def test_a_preset_without_its_draft_is_baked(scene, addon, monkeypatch):
     """The folder of drafts is not in the repository, and an artist may delete it or clear the cache."""
-    monkeypatch.setattr(addon.taking_drafts, "shipped_draft", lambda *_: None)
+    monkeypatch.setattr(addon.baking, "shipped_draft", lambda *_: None)
     assert bpy.ops.grating.add_preset(preset="gold_foil", assign=False) == {"FINISHED"}
     assert active().bake_path == "" and following(addon).operator == "grating.bake"
     assert bpy.ops.grating.bake() == {"FINISHED"}
-    assert addon.bake_quality.quality_of(active()) == "DRAFT"
+    assert addon.grating.quality_of(active()) == "DRAFT"
     shutil.rmtree(Path(active().bake_path).parent)
     assert following(addon).sentence == LINE
     assert bpy.ops.grating.bake() == {"FINISHED"} and bpy.ops.grating.assign() == {"FINISHED"}

@@ -17,8 +17,8 @@ PRESET = "gold_foil"
 @pytest.fixture(scope="module")
 def drafts(extension, tmp_path_factory):
     """A folder with the draft of one preset."""
-    make = importlib.import_module(f"{EXTENSION}.precompute.presets.drafts")
-    bake = importlib.import_module(f"{EXTENSION}.precompute.bake.bake_folder").bake_to_folder
+    make = importlib.import_module(f"{EXTENSION}.precompute.presets.presets")
+    bake = importlib.import_module(f"{EXTENSION}.precompute.bake.make").bake_to_folder
     silent = importlib.import_module(f"{EXTENSION}.precompute.base.progress").silent
     presets = importlib.import_module(f"{EXTENSION}.precompute.presets.presets")
     folder = tmp_path_factory.mktemp("drafts")
@@ -51,7 +51,7 @@ def test_show_me_adds_a_scene_and_leaves_the_others(addon, scene, shipped):
     assert facts(scene) == before
     (show,) = [each for each in bpy.data.scenes if each != scene]
     grating = show.natural_gratings.active()
-    assert (grating.name, addon.bake_quality.quality_of(grating)) == ("Gold Holographic Foil", "DRAFT")
+    assert (grating.name, addon.grating.quality_of(grating)) == ("Gold Holographic Foil", "DRAFT")
     thing = show.view_layers[0].objects.active
     assert show.camera
     assert addon.material.diffraction_nodes(thing.active_material)
@@ -64,7 +64,7 @@ def test_show_me_reports_a_preset_that_fails_and_leaves_no_scene(addon, scene, s
     def refuse(*_, **__):
         raise failure.GratingError("CD", "no room", "free some")
 
-    monkeypatch.setattr(addon.showing, "bake_and_wait", refuse)
+    monkeypatch.setattr(addon.presets, "bake_and_wait", refuse)
     with pytest.raises(RuntimeError, match="CD: no room"):
         bpy.ops.grating.show_me(preset="cd")
     assert list(bpy.data.scenes) == [scene]
@@ -75,13 +75,13 @@ def test_a_preset_shows_without_a_bake_also_after_its_draft_is_gone(addon, scene
     grating = scene.natural_gratings.active()
     kept = grating.baked_file()
     assert not kept.is_relative_to(shipped) and kept.with_suffix(".lobes.exr").is_file()
-    assert not addon.remembered_bakes.is_asked_otherwise(grating)
+    assert not addon.bakes.is_asked_otherwise(grating)
 
 
 def test_a_preset_without_a_draft_waits_for_its_bake(addon, scene, shipped):
     assert bpy.ops.grating.add_preset(preset="cd") == {"FINISHED"}
     grating = scene.natural_gratings.active()
-    assert not grating.bake_path and addon.bake_quality.quality_of(grating) == "DRAFT"
+    assert not grating.bake_path and addon.grating.quality_of(grating) == "DRAFT"
 
 
 def test_a_preset_is_put_on_the_selected_meshes_at_once(addon, scene, shipped):
@@ -109,13 +109,13 @@ def test_a_preset_that_no_mesh_can_carry_is_not_added(scene, shipped):
 @pytest.mark.parametrize("shape", SHAPES)
 def test_every_shape_has_a_thing_with_a_uv_map_and_a_stage(addon, scene, shape):
     assert shape in addon.stage.STAGES
-    thing = addon.things.add_thing(scene, shape, "Thing")
+    thing = addon.stage.add_thing(scene, shape, "Thing")
     assert thing.data.uv_layers and thing.name in scene.objects
 
 
 def test_the_draft_quality_is_that_of_the_shipped_drafts(addon):
-    made = importlib.import_module(f"{EXTENSION}.precompute.presets.drafts")
-    draft = addon.bake_quality.QUALITIES[0]
+    made = importlib.import_module(f"{EXTENSION}.precompute.presets.presets")
+    draft = addon.grating.QUALITIES[0]
     assert (draft.delta_e, draft.coherence_um) == (made.DELTA_E, pytest.approx(made.COHERENCE_M * 1e6))
 
 
@@ -130,5 +130,5 @@ def test_the_lamps_of_a_new_scene_can_be_followed(addon, scene):
     if bpy.app.version >= (5, 2, 0):
         assert made.view_layers[0].layer_collection is None
     made.collection.objects.link(bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", "SUN")))
-    addon.following_lamps.update_all_lamps()
+    addon.lighting.update_all_lamps()
     assert [lamp.name for lamp in addon.follow.followed_lamps(made)] == ["Lamp"]

@@ -187,7 +187,7 @@ def test_a_crash_of_xatlas_is_one_line_and_nothing_changes(scene, addon, tmp_pat
 def test_cancelling_leaves_nothing(monkey, addon):
     unwrapping = addon.unwrapping.Unwrapping(monkey, addon.unwrapping.Packing())
     folder = unwrapping.job._private.name
-    addon.unwrap_meshes.Unwrap.job = unwrapping.job
+    addon.direction.Unwrap.job = unwrapping.job
     assert not bpy.ops.grating.unwrap.poll()
     assert bpy.ops.grating.cancel(follower="grating.unwrap") == {"FINISHED"}
     assert not unwrapping.job.running and not os.path.exists(folder)

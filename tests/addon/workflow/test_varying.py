@@ -33,7 +33,7 @@ def test_the_choice_is_noted_told_and_asked_for_again(scene, others, addon, capf
     assert "waves: 50% + 30% + 20%, turned by 5.73°" in told
     choice = addon.skin.variation_of(others[0].group)
     assert choice.shares == pytest.approx((0.3, 0.2)) and choice.size_m == 0.5 and choice.pattern == "NOISE"
-    assert [g.name for g in addon.varying.varied_with(scene, others[0])] == ["second", "third"]
+    assert [g.name for g in addon.making_materials.varied_with(scene, others[0])] == ["second", "third"]
     assert [name.split()[-1] for name in responses(addon, others[0])] == ["waves", "second", "third"]
     assert bpy.context.object.add_rest_position_attribute
 
@@ -46,7 +46,7 @@ def test_without_a_choice_all_is_as_before(scene, others, addon):
     bpy.ops.grating.vary(second="second", turn=0.1)
     assert len(nodes()) > len(before)
     bpy.ops.grating.vary()
-    assert nodes() == before and addon.skin.variation_of(others[0].group) == addon.variation.Variation()
+    assert nodes() == before and addon.skin.variation_of(others[0].group) == addon.grating.Variation()
     assert responses(addon, others[0]) == responses(addon, others[0])[:1]
 
 
@@ -122,7 +122,7 @@ def test_a_removed_grating_stays_where_it_is_shown(scene, others, addon):
 def test_lamps_that_come_later_light_all_reliefs(scene, others, addon):
     bpy.ops.grating.vary(second="second", third="third")
     scene.collection.objects.link(bpy.data.objects.new("Second", bpy.data.lights.new("Second", "POINT")))
-    addon.following_lamps.update_all_lamps()
+    addon.lighting.update_all_lamps()
     labels = [node.label for node in others[0].group.nodes]
     assert [labels.count(label) for label in ("Response", "Response 2", "Response 3")] == [2, 2, 2]
 
@@ -133,7 +133,7 @@ def test_undo_takes_it_back(scene, others, addon):
     bpy.ops.ed.undo_push(message="Varied")
     bpy.ops.ed.undo()
     grating = bpy.context.scene.natural_gratings.items[0]
-    assert addon.skin.variation_of(grating.group) == addon.variation.Variation()
+    assert addon.skin.variation_of(grating.group) == addon.grating.Variation()
     assert len(responses(addon, grating)) == 1
 
 

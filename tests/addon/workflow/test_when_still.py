@@ -34,7 +34,7 @@ def window(addon, scene, monkeypatch):
 
 def be_still(addon):
     """Let the timers run after a moment without changes."""
-    time.sleep(addon.changes.STILL)
+    time.sleep(addon.compat.STILL)
     for timer in (addon.handlers._follow_when_still, addon.facts._find_again):
         if bpy.app.timers.is_registered(timer):
             assert timer() is None
@@ -62,8 +62,8 @@ def test_a_world_is_not_looked_at_while_a_lamp_is_dragged(addon, scene, grating,
     scene.world = world
     assert bpy.ops.grating.assign() == {"FINISHED"}
     be_still(addon)
-    found, fingerprint = [], addon.fingerprint.fingerprint
-    monkeypatch.setattr(addon.fingerprint, "fingerprint", lambda *given: found.append(1) or fingerprint(*given))
+    found, fingerprint = [], addon.world_probe.fingerprint
+    monkeypatch.setattr(addon.world_probe, "fingerprint", lambda *given: found.append(1) or fingerprint(*given))
     for step in range(3):
         scene.objects["Sun"].location.x = step + 1.0
         bpy.context.view_layer.update()
@@ -152,7 +152,7 @@ def test_looking_at_everything_changes_nothing_and_ends(addon, scene, grating, w
     for _ in range(2):
         bpy.context.view_layer.update()
         assert bpy.app.timers.is_registered(addon.handlers._follow_when_still)
-        time.sleep(addon.changes.STILL)
+        time.sleep(addon.compat.STILL)
         assert addon.handlers._follow_when_still() is None
         bpy.app.timers.unregister(addon.handlers._follow_when_still)  # as Blender does then
         bpy.context.view_layer.update()

@@ -27,7 +27,7 @@ def world(scene):
 
 def test_the_copy_refers_to_no_object_and_says_where_it_did(addon, world):
     group = bpy.data.node_groups["inner"]
-    with addon.stand_alone.stand_alone(world) as alone:
+    with addon.second_blender.stand_alone(world) as alone:
         tree = alone.world.node_tree
         inner = {node.node_tree for node in tree.nodes if node.type == "GROUP"}
         [copied] = inner
@@ -44,7 +44,7 @@ def test_the_copy_refers_to_no_object_and_says_where_it_did(addon, world):
 
 def test_the_copy_goes_also_where_its_use_fails(addon, world):
     count = len(bpy.data.worlds)
-    with pytest.raises(ZeroDivisionError), addon.stand_alone.stand_alone(world):
+    with pytest.raises(ZeroDivisionError), addon.second_blender.stand_alone(world):
         assert len(bpy.data.worlds) == count + 1
         1 / 0  # noqa: B018
     assert len(bpy.data.worlds) == count
@@ -53,18 +53,18 @@ def test_the_copy_goes_also_where_its_use_fails(addon, world):
 def test_only_pictures_with_strokes_are_painted(addon, world):
     node = next(node for node in world.node_tree.nodes if node.type == "TEX_ENVIRONMENT")
     node.image = bpy.data.images.new("plain", 4, 4)
-    with addon.stand_alone.stand_alone(world) as alone:
+    with addon.second_blender.stand_alone(world) as alone:
         assert alone.painted() == []
         node.image.pixels[0] = 0.5
         assert alone.painted() == [node.image]
 
 
 def test_even_worlds(addon, world):
-    assert not addon.stand_alone.is_even(world)
+    assert not addon.second_blender.is_even(world)
     even, _ = world_with("ShaderNodeRGB")
-    assert addon.stand_alone.is_even(even)
+    assert addon.second_blender.is_even(even)
     even.node_tree.nodes.new("ShaderNodeTexGradient")
-    assert not addon.stand_alone.is_even(even)
+    assert not addon.second_blender.is_even(even)
     if bpy.app.version < (5, 0, 0):
         even.use_nodes = False
-        assert addon.stand_alone.is_even(even)
+        assert addon.second_blender.is_even(even)

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from precompute.world_sources.panorama import panorama_cells
+from precompute.world_sources.sources import panorama_cells
 from tests.addon.worlds.made import painted, world_with
 from tests.precompute.world_sources.worlds import COLS, ROWS, direction, disc, picture, sky
 
@@ -262,7 +262,7 @@ def test_a_picture_that_never_ends_is_ended_in_a_window_too(addon, scene, hdri, 
     node.image.source, node.image.filepath = "FILE", str(temporary / "pipe.exr")
     os.mkfifo(temporary / "pipe.exr")
     monkeypatch.setattr(addon.world_probe, "_LONGEST_SECONDS", 6)
-    assert addon.fingerprint.fingerprint(world)
+    assert addon.world_probe.fingerprint(world)
     probe = addon.world_probe.Probe(world, scene, 8)
     until = time.monotonic() + 60
     while probe.running:

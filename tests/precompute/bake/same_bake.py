@@ -7,12 +7,12 @@ the measured errors change by a thousandth at most. Everything else is equal."""
 import numpy as np
 import pytest
 
-from precompute.table import atlas_file
+from precompute.table import atlas
 
 
 def assert_same_bake(found, expected):
     """Check that two files have the same terms, measured errors and other records."""
-    (table, record), (expected_table, expected_record) = atlas_file.read(found), atlas_file.read(expected)
+    (table, record), (expected_table, expected_record) = atlas.read(found), atlas.read(expected)
     largest = np.abs(expected_table.terms).max()
     np.testing.assert_allclose(table.terms, expected_table.terms, rtol=2**-10, atol=1e-6 * largest)
     assert table.ratio_ior == expected_table.ratio_ior

@@ -10,7 +10,7 @@ from precompute.colour.observer import white_xyz
 from precompute.maths import chebyshev
 from precompute.measure import truths
 from precompute.measure.errors import measure
-from precompute.reference.ensemble_reference import reference_xyz
+from precompute.reference.reference import reference_xyz
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
 

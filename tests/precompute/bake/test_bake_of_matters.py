@@ -9,14 +9,13 @@ import pytest
 from precompute.bake.ensemble import bake
 from precompute.bake.request import BakeRequest
 from precompute.colour.observer import spectral_weights, wavelengths
-from precompute.measure.errors import measure
-from precompute.measure.pairs import cosine_weighted
+from precompute.measure.errors import cosine_weighted, measure
 from precompute.measure.truths import truths
-from precompute.optics.fresnel import fresnel_reflectance
+from precompute.optics.brdf import fresnel_reflectance
 from precompute.optics.mirror_image import mirror_kernel
 from precompute.optics.plate import inside_plate
-from precompute.reference.ensemble_reference import reference_xyz
-from precompute.reflectance.matter_text import parse
+from precompute.reference.reference import reference_xyz
+from precompute.reflectance.matter import parse
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
 from precompute.surface.samples.discs import cd

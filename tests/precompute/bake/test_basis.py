@@ -6,11 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from precompute.bake.basis import comparison, learnt_basis, with_learnt_basis
-from precompute.bake.ensemble import plan
+from precompute.bake.ensemble import carry_out, plan
+from precompute.bake.levels_and_basis import comparison, learnt_basis, with_learnt_basis
 from precompute.bake.make import make
 from precompute.bake.request import BakeRequest
-from precompute.bake.tiles import carry_out
 from precompute.maths import chebyshev
 from precompute.surface.relief import prepare
 from precompute.surface.samples.ruled_gratings import blazed

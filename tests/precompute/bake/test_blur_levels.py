@@ -10,22 +10,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from precompute.bake import self_check
-from precompute.bake.blur_levels import blur_weights, with_levels
-from precompute.bake.ensemble import plan
+from precompute.bake.ensemble import carry_out, plan
+from precompute.bake.levels_and_basis import blur_weights, with_levels
+from precompute.bake.plan import texel_size
 from precompute.bake.request import BakeRequest
-from precompute.bake.resolution import texel_size
-from precompute.bake.tiles import carry_out
 from precompute.base.progress import silent
 from precompute.measure.errors import measure
 from precompute.measure.truths import draw_pairs
 from precompute.optics.region import Region
-from precompute.reference.ensemble_reference import reference_xyz
+from precompute.reference.reference import reference_xyz
 from precompute.surface.relief import prepare
 from precompute.surface.samples.reptiles import elaphe
 from precompute.surface.samples.ruled_gratings import blazed
-from precompute.table import atlas, tiling
-from precompute.table.table import Table, level_mix
-from precompute.table.tiling import SPACINGS
+from precompute.table import atlas
+from precompute.table import table as tiling
+from precompute.table.table import SPACINGS, Table, level_mix
 
 from .conftest import waves
 

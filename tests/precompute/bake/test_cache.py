@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from precompute.bake import cache, cache_store, ensemble
+from precompute.bake import cache, ensemble
 from precompute.base.failure import GratingError
 from precompute.cli import bake_verb as bake_verb
-from precompute.table.atlas_file import read_header
+from precompute.table.atlas import read_header
 
 from .conftest import SKIN, assert_nothing_is_left, bake_once, fake, key, names, never
 
@@ -106,7 +106,7 @@ def test_a_full_disk_costs_one_line(tmp_path, cache_folder, monkeypatch, capsys)
     def full(source, target):
         raise OSError(errno.ENOSPC, "No space left on device", str(source), None, str(target))  # as shutil does
 
-    monkeypatch.setattr(cache_store.shutil, "copyfile", full)
+    monkeypatch.setattr(cache.shutil, "copyfile", full)
     facts = bake_once(key(1), tmp_path / "out", fake())
     assert facts == {"seconds": 2.5, "files": [str(tmp_path / "out" / "a.exr")], "cached": False}
     err = capsys.readouterr().err
@@ -150,7 +150,7 @@ def test_the_last_one_stays_whatever_its_size(tmp_path, cache_folder, monkeypatc
 def test_an_entry_in_use_is_not_evicted(tmp_path, cache_folder, monkeypatch):
     monkeypatch.setenv("NATURAL_GRATINGS_CACHE_MB", "0")
     bake_once(key(1), tmp_path, fake())
-    with cache_store.Cache(cache_folder).hold(key(1)):
+    with cache.Cache(cache_folder).hold(key(1)):
         bake_once(key(2), tmp_path, fake())
         assert names(cache_folder / "entries") == [key(1), key(2)]
 
@@ -165,4 +165,4 @@ def test_limits_that_are_none(tmp_path, monkeypatch, text):
 def test_folder_and_limit_when_nothing_is_set(monkeypatch):
     monkeypatch.delenv("NATURAL_GRATINGS_CACHE")
     assert cache.default_folder() == Path.home() / ".cache" / "natural-gratings"
-    assert cache.limits_set() == cache_store.Limits(2 << 30)
+    assert cache.limits_set() == cache.Limits(2 << 30)

@@ -9,8 +9,8 @@ import shutil
 
 import pytest
 
-from precompute.bake import cache, cache_store, ensemble
-from precompute.bake.bake_folder import are_facts
+from precompute.bake import cache, ensemble
+from precompute.bake.make import are_facts
 from precompute.base.failure import GratingError
 from precompute.surface.readers.reader_registry import read_height_map
 
@@ -146,7 +146,7 @@ def test_a_full_disk_is_no_damaged_entry(tmp_path, cache_folder, monkeypatch):
     """The entry stays, nothing is baked again, and the error names the full output folder, not the cache."""
     bake_once(key(1), tmp_path / "first", fake())
 
-    opened = cache_store.Path.open
+    opened = cache.Path.open
 
     def full(path, mode="r", *rest, **more):
         if mode == "wb":
@@ -154,7 +154,7 @@ def test_a_full_disk_is_no_damaged_entry(tmp_path, cache_folder, monkeypatch):
         return opened(path, mode, *rest, **more)
 
     with monkeypatch.context() as patched:
-        patched.setattr(cache_store.Path, "open", full)
+        patched.setattr(cache.Path, "open", full)
         with pytest.raises(GratingError) as caught:
             bake_once(key(1), tmp_path / "out", never)
     place = tmp_path / "out" / "a.exr"

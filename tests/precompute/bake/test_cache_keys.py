@@ -13,7 +13,7 @@ from precompute.bake import cache
 from precompute.cli.bake_verb import request_of
 from precompute.cli.parser import build_parser
 from precompute.surface.height_map import HeightMap
-from precompute.table import atlas_file
+from precompute.table import atlas
 
 from .conftest import key_of
 
@@ -59,7 +59,7 @@ def test_each_part_of_the_content_changes_the_key(height_map, monkeypatch):
     keys = [key_of([each], request()) for each in (height_map, *changed)]
     monkeypatch.setattr(cache, "BAKE_VERSION", cache.BAKE_VERSION + 1)
     keys.append(key_of([height_map], request()))
-    monkeypatch.setattr(cache, "FORMAT", atlas_file.FORMAT + 1)
+    monkeypatch.setattr(cache, "FORMAT", atlas.FORMAT + 1)
     keys.append(key_of([height_map], request()))
     monkeypatch.setattr(np, "__version__", "1.0")
     keys.append(key_of([height_map], request()))

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from precompute.bake import cache, cache_store
+from precompute.bake import cache
 from precompute.base.shared_folder import machine_name
-from precompute.table import atlas_file
+from precompute.table import atlas
 from tests.precompute.bake.same_bake import assert_same_bake
 
 from .conftest import ROOT, STOPPED, Child, assert_nothing_is_left, bake_once, fake, key, names, never
@@ -28,7 +28,7 @@ def test_two_at_once_make_one_bake(picture, tmp_path, cache_folder):
     files = [Path(each["files"][0]) for each in facts]
     assert files[0].read_bytes() == files[1].read_bytes()
     for file in files:
-        assert atlas_file.read(file)[0].terms.any()
+        assert atlas.read(file)[0].terms.any()
         assert_nothing_is_left(cache_folder, file.parent)
 
 
@@ -88,7 +88,7 @@ def test_what_a_killed_run_left_goes(tmp_path, cache_folder, point, same):
 
 
 def test_what_another_process_is_at_is_not_swept(tmp_path, cache_folder):
-    with cache_store.Cache(cache_folder).hold(key(1)):
+    with cache.Cache(cache_folder).hold(key(1)):
         unfinished = cache_folder / "partial" / f"{key(1)}.{machine_name()}.1"
         unfinished.mkdir(parents=True)
         bake_once(key(2), tmp_path, fake())

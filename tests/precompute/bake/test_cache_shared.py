@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from precompute.bake import cache, cache_store
+from precompute.bake import cache
 from precompute.base import locks, shared_folder
 from precompute.base.failure import GratingError
 from precompute.base.shared_folder import server_now_ns
@@ -70,7 +70,7 @@ def test_without_locks_damage_and_limits_work(tmp_path, cache_folder, without_lo
 def test_a_dead_machine_s_lock_does_not_hide_the_entry(tmp_path, cache_folder):
     """The entry is there, so nobody waits for the lock."""
     bake_once(key(1), tmp_path, fake())
-    with cache_store.Cache(cache_folder).hold(key(1)):
+    with cache.Cache(cache_folder).hold(key(1)):
         assert bake_once(key(1), tmp_path / "other", never)["cached"] is True
 
 
@@ -78,7 +78,7 @@ def test_a_process_that_reads_without_the_lock_is_not_swept(tmp_path, cache_fold
     """While it copies an entry that another process had locked, a third one gets the lock and cleans up the same
     output."""
     bake_once(key(1), tmp_path, fake())
-    lock = cache_store.Cache(cache_folder).hold(key(1))
+    lock = cache.Cache(cache_folder).hold(key(1))
 
     def believed(*_):
         with lock:
@@ -92,7 +92,7 @@ def test_a_process_that_reads_without_the_lock_is_not_swept(tmp_path, cache_fold
 
 def test_a_dead_machine_s_lock_does_not_stop_a_bake(tmp_path, cache_folder, monkeypatch):
     monkeypatch.setattr(shared_folder, "SILENT_SECONDS", 0.2)
-    with cache_store.Cache(cache_folder).hold(key(1)):
+    with cache.Cache(cache_folder).hold(key(1)):
         assert bake_once(key(1), tmp_path, fake())["cached"] is False
     assert bake_once(key(1), tmp_path, never)["cached"] is True
     assert_nothing_is_left(cache_folder, tmp_path)
@@ -116,14 +116,14 @@ def test_a_bake_shows_signs_of_life(tmp_path, cache_folder):
 def test_an_entry_that_vanishes_while_it_is_read_is_made_anew(tmp_path, cache_folder, monkeypatch):
     """As when another machine removes it."""
     bake_once(key(1), tmp_path / "first", fake())
-    read = cache_store.Cache.record
+    read = cache.Cache.record
 
     def record(self, wanted):
         found = read(self, wanted)
         self.clear(wanted)
         return found
 
-    monkeypatch.setattr(cache_store.Cache, "record", record)
+    monkeypatch.setattr(cache.Cache, "record", record)
     assert bake_once(key(1), tmp_path / "second", fake())["cached"] is False
     assert names(tmp_path / "second") == ["a.exr"]
 

@@ -6,13 +6,13 @@ import re
 import numpy as np
 import pytest
 
-from precompute.bake import expected
+from precompute.bake import plan as expected
 from precompute.bake.ensemble import plan
 from precompute.bake.make import make
 from precompute.bake.request import BakeRequest
-from precompute.base import memory
+from precompute.base import machine
 from precompute.base.failure import GratingError
-from precompute.spectra.fast import Work
+from precompute.spectra.series import Work
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
 
@@ -27,7 +27,7 @@ def scan_of(side=48, width_m=4e-6, height_m=200e-9):
 
 @pytest.fixture
 def little(monkeypatch):
-    monkeypatch.setattr(memory, "free_bytes", lambda: 64 * MIB)
+    monkeypatch.setattr(machine, "free_bytes", lambda: 64 * MIB)
 
 
 def test_a_relief_that_is_refined_beyond_memory_is_refused(little):
@@ -52,7 +52,7 @@ def test_a_bake_beyond_memory_is_refused_with_its_source(little):
 
 
 def test_scans_that_are_still_to_come_count(monkeypatch):
-    monkeypatch.setattr(memory, "free_bytes", lambda: 2.5 * expected.expected_bytes(Work(8, 10**6, 10**6)))
+    monkeypatch.setattr(machine, "free_bytes", lambda: 2.5 * expected.expected_bytes(Work(8, 10**6, 10**6)))
     told = []
     expected.tell(Work(8, 10**6, 10**6), 100, scans=1, progress=lambda stage, _: told.append(stage))
     assert len(told) == 1

@@ -13,8 +13,8 @@ from PIL import Image
 from laboratory.benchmarks import hard_cases
 from laboratory.benchmarks.hard_cases import CASES, COHERENCE_M, PIXEL_M, Case, outcome, scan, skin
 from precompute.bake.ensemble import bake, plan
-from precompute.bake.kernel import kernel_for
 from precompute.bake.needs import EVERYTHING
+from precompute.bake.plan import kernel_for
 from precompute.bake.request import BakeRequest
 from precompute.base.failure import GratingError
 from precompute.cli.parser import main

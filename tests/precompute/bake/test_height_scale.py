@@ -7,7 +7,7 @@ import pytest
 from precompute.bake.ensemble import bake
 from precompute.bake.request import BakeRequest
 from precompute.maps.brdf_map import light_from, view_hemisphere
-from precompute.reflectance.matter_text import parse
+from precompute.reflectance.matter import parse
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
 from precompute.surface.samples.ruled_gratings import blazed

@@ -11,10 +11,9 @@ from precompute.bake.ensemble import bake, plan
 from precompute.bake.request import BakeRequest, request_from
 from precompute.bake.self_check import pairs_within
 from precompute.cli import parser
-from precompute.colour.difference import delta_e_2000, lab
 from precompute.colour.illuminants import illuminant_of, spectrum
 from precompute.colour.observer import _cie_table, wavelengths, white_xyz
-from precompute.colour.working_space import lamp_rgb, rgb_from_xyz
+from precompute.colour.spaces import delta_e_2000, lab, lamp_rgb, rgb_from_xyz
 from precompute.spectra.density import density_at
 from precompute.surface.relief import prepare
 from precompute.surface.samples.ruled_gratings import blazed

@@ -11,7 +11,7 @@ from precompute.bake.ensemble import bake, plan, sample_set
 from precompute.bake.largest_albedo import largest_albedo
 from precompute.bake.request import BakeRequest
 from precompute.bake.sample_draws import make_sample_set
-from precompute.reflectance.matter_text import parse
+from precompute.reflectance.matter import parse
 from precompute.surface.relief import prepare
 from precompute.surface.samples.catalogue import make_sample
 from precompute.surface.samples.ruled_gratings import flat, sinusoidal

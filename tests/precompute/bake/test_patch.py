@@ -11,8 +11,7 @@ import pytest
 from precompute.bake import ensemble, patch
 from precompute.bake.make import make
 from precompute.bake.needs import Needs
-from precompute.bake.patch import W_MIN
-from precompute.bake.patch_series import patch_series
+from precompute.bake.patch import W_MIN, patch_series
 from precompute.bake.request import BakeRequest
 from precompute.base.failure import GratingError
 from precompute.cli import parser
@@ -22,10 +21,9 @@ from precompute.methods.exact import Patch
 from precompute.methods.method import Settings
 from precompute.methods.method_registry import METHODS
 from precompute.optics.region import Region
-from precompute.reference.ensemble_reference import blurred
-from precompute.reference.patch_reference import PatchReference
+from precompute.reference.reference import PatchReference, blurred
 from precompute.reflectance.matter import MIRROR, Matter
-from precompute.spectra.patch_window import PatchWindow, window_at
+from precompute.spectra.spectrum import PatchWindow, window_at
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
 

@@ -8,17 +8,17 @@ from hypothesis import strategies as st
 
 from precompute.bake import ensemble
 from precompute.bake.ensemble import plan
-from precompute.bake.kernel import kernel_for
 from precompute.bake.needs import Needs
-from precompute.bake.request import BakeRequest
-from precompute.bake.resolution import (
+from precompute.bake.plan import (
     DEFAULT_BYTES,
     RESOLUTION_MIN,
+    bake_wavelengths,
     blender_bytes,
+    kernel_for,
     resolution_for,
     texel_size,
 )
-from precompute.bake.wavelengths import bake_wavelengths
+from precompute.bake.request import BakeRequest
 from precompute.base.failure import GratingError
 from precompute.optics import coherence
 from precompute.surface.height_map import HeightMap

@@ -8,7 +8,7 @@ from precompute.bake import make as make_module
 from precompute.bake.make import make
 from precompute.bake.request import BakeRequest
 from precompute.base.failure import GratingError
-from precompute.reflectance.matter_text import parse
+from precompute.reflectance.matter import parse
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from precompute.bake.resolution import texel_size
+from precompute.bake.plan import texel_size
 from precompute.maths import chebyshev
 from precompute.table.table import ZERO_ORDER_SAMPLES, Table
 

@@ -10,10 +10,10 @@ from precompute.bake import make
 from precompute.bake.ensemble import bake
 from precompute.bake.needs import Needs
 from precompute.bake.request import BakeRequest
+from precompute.optics.brdf import small_slope_times_cosine_and_w2
 from precompute.optics.mirror_image import mirror_kernel
 from precompute.optics.region import Region
-from precompute.optics.small_slope import small_slope_times_cosine_and_w2
-from precompute.reflectance.matter_text import parse
+from precompute.reflectance.matter import parse
 from precompute.table.radiance import reflected_xyz, zero_order_reflectance
 
 from .conftest import COHERENCE_M, waves

@@ -6,8 +6,7 @@ import pytest
 from precompute.bake.request import COHERENCE_UM, DELTA_E, BakeRequest, Scan, request_from
 from precompute.base.failure import GratingError
 from precompute.cli.bake_verb import read_request
-from precompute.reflectance.matter import DIELECTRIC, Matter
-from precompute.reflectance.matter_text import parse
+from precompute.reflectance.matter import DIELECTRIC, Matter, parse
 from precompute.surface.steps.pipeline import DEFAULT, parse_steps
 
 SCAN = {"source": "skin.png", "size_um": 4, "height_nm": 250}

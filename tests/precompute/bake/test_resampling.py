@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blur and resampling of a spectrum's bins (precompute/spectra/resample.py), as a bake uses them."""
+"""Blur and resampling of a spectrum's bins (precompute/spectra/series.py), as a bake uses them."""
 
 import numpy as np
 import pytest
 
-from precompute.reference.ensemble_reference import blurred, reference_grid
-from precompute.spectra.resample import Resampler
+from precompute.reference.reference import blurred, reference_grid
+from precompute.spectra.series import Resampler
 from precompute.spectra.spectrum import FrequencyGrid, frequency_grid, scattered_spectrum
 
 from .conftest import waves

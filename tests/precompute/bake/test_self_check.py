@@ -7,14 +7,13 @@ import numpy as np
 import pytest
 
 from precompute.bake import self_check
-from precompute.bake.ensemble import plan
+from precompute.bake.ensemble import carry_out, plan
 from precompute.bake.needs import Needs
 from precompute.bake.request import BakeRequest
-from precompute.bake.tiles import carry_out
 from precompute.measure.errors import measure
 from precompute.measure.truths import truths
 from precompute.optics.region import Region
-from precompute.reflectance.matter_text import parse
+from precompute.reflectance.matter import parse
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
 

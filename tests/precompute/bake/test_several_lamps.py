@@ -11,7 +11,7 @@ from precompute.bake.make import make
 from precompute.bake.request import BakeRequest
 from precompute.bake.self_check import LAMPS, judge
 from precompute.base.progress import silent
-from precompute.reflectance.matter_text import parse
+from precompute.reflectance.matter import parse
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import prepare
 from precompute.table import atlas

@@ -12,8 +12,8 @@ from precompute.bake.request import BakeRequest
 from precompute.base.failure import GratingError
 from precompute.cli import parser
 from precompute.optics.region import Region
+from precompute.spectra.series import over_turns
 from precompute.spectra.spectrum import FrequencyGrid
-from precompute.spectra.turns import over_turns
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
 

@@ -5,15 +5,14 @@ import numpy as np
 import pytest
 
 from precompute.bake.ensemble import bake
+from precompute.bake.plan import TEXELS_MAX, TEXELS_MIN
 from precompute.bake.request import BakeRequest
-from precompute.bake.terms_and_texels import TEXELS_MAX, TEXELS_MIN
 from precompute.colour.observer import spectral_weights, white_xyz
 from precompute.maths import chebyshev
 from precompute.optics import coherence
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
-from precompute.table.table import ZERO_ORDER_SAMPLES
-from precompute.table.tiling import TILE_PADDING
+from precompute.table.table import TILE_PADDING, ZERO_ORDER_SAMPLES
 
 from .conftest import COHERENCE_M
 

@@ -8,11 +8,9 @@ from precompute.bake.ensemble import plan
 from precompute.bake.request import BakeRequest
 from precompute.bake.trapped_light import plate_gains
 from precompute.colour.observer import spectral_weights
-from precompute.optics.brdf import half_angle_cosine
-from precompute.optics.fresnel import fresnel_reflectance
+from precompute.optics.brdf import fresnel_reflectance, half_angle_cosine, small_slope_reflectance
 from precompute.optics.plate import face_reflectance
-from precompute.optics.small_slope import small_slope_reflectance
-from precompute.reflectance.matter_text import parse
+from precompute.reflectance.matter import parse
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
 from precompute.surface.samples.ruled_gratings import flat

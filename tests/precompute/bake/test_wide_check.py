@@ -6,13 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from precompute.bake import self_check, wide_check
-from precompute.bake.blur_levels import with_levels
-from precompute.bake.ensemble import plan
+from precompute.bake import self_check
+from precompute.bake.ensemble import carry_out, plan
+from precompute.bake.levels_and_basis import with_levels
 from precompute.bake.make import make
 from precompute.bake.needs import Needs
 from precompute.bake.request import BakeRequest
-from precompute.bake.tiles import carry_out
 from precompute.base.progress import silent
 from precompute.measure.errors import Errors, measure
 from precompute.measure.stated_errors import stated_errors
@@ -33,7 +32,7 @@ def planned():
 
 
 def errors_of(stored, exact, first=NONE):
-    return {each.level: each.errors for each in wide_check.wide_errors(stored, exact, first, illuminant="D65")}
+    return {each.level: each.errors for each in self_check.wide_errors(stored, exact, first, illuminant="D65")}
 
 
 def test_every_level_and_every_middle_is_judged(planned):
@@ -52,7 +51,7 @@ def test_it_finds_what_sums_over_bins_find(planned, level):
     stored = with_levels(exact)
     wide = replace(chosen, sigma_b=exact.sigma_b * stored.spacing.grown(level) ** 0.5)
     rng, truths = np.random.default_rng(5), []
-    for w in wide_check._values_of_w(exact):
+    for w in self_check._values_of_w(exact):
         drawn = draw_pairs(self_check._spectrum(chosen.ensemble, rng), wide.sigma_b, w, count=150, rng=rng)
         truths.extend(self_check._truths(wide, drawn, w, ("D65",), "D65", silent))
     variance = wide.sigma_b**2 - exact.sigma_b**2

@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from precompute.base.failure import GratingError, Setting
-from precompute.base.failure_line import failure_in, failure_line
+from precompute.base.strict import failure_in, failure_line
 
 FAILURE = GratingError("a.png", "it carries no size", ("give ", Setting.SIZE_UM, ", or crop it"))
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from precompute.base import memory
+from precompute.base import machine
 from precompute.base.failure import GratingError
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -24,7 +24,7 @@ def system(tmp_path, monkeypatch):
         for name, text in {"proc/meminfo": f"MemTotal: 1 kB\nMemAvailable: {16 * GIB >> 10} kB\n", **files}.items():
             (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
             (tmp_path / name).write_text(text)
-        return memory.free_bytes(tmp_path)
+        return machine.free_bytes(tmp_path)
 
     return free
 
@@ -68,29 +68,29 @@ def test_more_taken_than_allowed_leaves_nothing(system):
 
 
 def test_half_of_what_is_free_may_be_taken(monkeypatch):
-    monkeypatch.setattr(memory, "free_bytes", lambda: 4 * GIB)
-    memory.refuse_beyond_memory(2 * GIB, "a.png: reading", "crop it")
+    monkeypatch.setattr(machine, "free_bytes", lambda: 4 * GIB)
+    machine.refuse_beyond_memory(2 * GIB, "a.png: reading", "crop it")
     with pytest.raises(GratingError, match="a.png: reading would take 2.1 GiB .* half of the 4 GiB .*; crop it"):
-        memory.refuse_beyond_memory(2.1 * GIB, "reading", "crop it", source="a.png")
+        machine.refuse_beyond_memory(2.1 * GIB, "reading", "crop it", source="a.png")
 
 
 def test_nothing_is_refused_where_nothing_is_known(monkeypatch):
-    monkeypatch.setattr(memory, "free_bytes", lambda: None)
-    memory.refuse_beyond_memory(1e30, "a.png: reading", "crop it")
+    monkeypatch.setattr(machine, "free_bytes", lambda: None)
+    machine.refuse_beyond_memory(1e30, "a.png: reading", "crop it")
 
 
 def test_a_system_without_any_of_it(tmp_path, monkeypatch):
     """As on Windows: no /proc, no sysconf, no resource."""
-    monkeypatch.setattr(memory, "resource", None)
-    monkeypatch.setattr(memory.os, "sysconf_names", {})
-    assert memory.free_bytes(tmp_path) is None
+    monkeypatch.setattr(machine, "resource", None)
+    monkeypatch.setattr(machine.os, "sysconf_names", {})
+    assert machine.free_bytes(tmp_path) is None
 
 
 def test_this_machine_has_some():
     """A child under a limit of 2 GiB has less than that."""
     code = (
         "import resource; resource.setrlimit(resource.RLIMIT_AS, (2 << 30, 2 << 30));"
-        "from precompute.base.memory import free_bytes; print(free_bytes())"
+        "from precompute.base.machine import free_bytes; print(free_bytes())"
     )
     found = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     assert 0 < int(found.stdout) < 2 * GIB

@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from precompute.base.failure import GratingError
-from precompute.base.packages import bundled, missing_packages
+from precompute.base.machine import bundled, missing_packages
 from precompute.cli.parser import main
 from precompute.mesh.unwrap import Mesh, write_mesh
 

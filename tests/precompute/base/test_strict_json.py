@@ -7,7 +7,7 @@ import os
 import pytest
 
 from precompute.base.failure import GratingError
-from precompute.base.strict_json import DEEPEST, LARGEST_BYTES, parse_json, read_json
+from precompute.base.strict import DEEPEST, LARGEST_BYTES, parse_json, read_json
 
 REMEDY = "write one by the verb `needs` inside Blender"
 

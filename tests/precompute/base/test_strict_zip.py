@@ -10,7 +10,7 @@ import zipfile
 import pytest
 
 from laboratory.benchmarks.hostile.mutations import mutated
-from precompute.base.strict_zip import NAMES_MAX, Archive
+from precompute.base.strict import NAMES_MAX, Archive
 
 TEXT = b"one two three four " * 50
 # Offsets of the flags, the method and the length in a file's directory entry.

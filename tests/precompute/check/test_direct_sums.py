@@ -4,12 +4,12 @@
 import numpy as np
 import pytest
 
-from precompute.check.cells import PAD, scattered_cells
 from precompute.check.direct_sums import Held, draw_pairs, scattered_xyz, zero_order_xyz
+from precompute.check.table_file import PAD, scattered_cells
 from precompute.colour.observer import spectral_weights, wavelengths
 from precompute.optics.coherence import narrowest_averaging_kernel
 from precompute.optics.region import Region
-from precompute.reference.ensemble_reference import reference_grid, reference_xyz
+from precompute.reference.reference import reference_grid, reference_xyz
 from precompute.spectra.spectrum import zero_order_amplitude
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare

@@ -11,17 +11,12 @@ OF_THE_BAKE = {"maths", "spectra", "table", "reference", "bake"}
 # Everything that `check` shares with the bake: failures, memory and progress, the surface, directions, the observer,
 # the error metrics, the reflectance of matters, the mapping of colours into a renderer's space.
 SHARED = {
-    "base/exr.py", "base/failure.py", "base/files.py", "base/job.py", "base/locks.py", "base/memory.py",
-    "base/progress.py", "base/strict_json.py", "colour/channels.py", "colour/difference.py", "colour/gamut.py",
-    "colour/illuminants.py", "colour/observer.py", "colour/spectrum_text.py", "colour/working_space.py",
-    "measure/errors.py", "measure/pairs.py", "measure/shown_colours.py", "optics/brdf.py", "optics/fresnel.py",
-    "optics/plate.py", "optics/region.py", "optics/small_slope.py", "reflectance/films.py", "reflectance/matter.py",
-    "reflectance/matter_text.py", "reflectance/metals.py", "surface/cubic_convolution.py", "surface/first_order.py",
-    "surface/height_map.py", "surface/height_spectrum.py", "surface/holes.py", "surface/least_squares_plane.py",
-    "surface/line_noise.py", "surface/other_way.py", "surface/periods.py", "surface/relief.py",
-    "surface/steps/cutting.py", "surface/steps/defects.py", "surface/steps/lines.py", "surface/steps/loss.py",
-    "surface/steps/main_wave.py", "surface/steps/pipeline.py", "surface/steps/plane.py", "surface/steps/scaling.py",
-    "surface/steps/step.py", "surface/steps/tip.py",
+    "base/exr.py", "base/failure.py", "base/files.py", "base/job.py", "base/locks.py", "base/machine.py",
+    "base/progress.py", "base/strict.py", "colour/channels.py", "colour/illuminants.py", "colour/observer.py",
+    "colour/spaces.py", "measure/errors.py", "measure/shown_colours.py", "optics/brdf.py", "optics/plate.py",
+    "optics/region.py", "reflectance/films.py", "reflectance/matter.py", "surface/height_map.py",
+    "surface/periods.py", "surface/relief.py", "surface/steps/pipeline.py", "surface/steps/repairs.py",
+    "surface/steps/step.py",
 }  # fmt: skip
 
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from precompute.bake.self_check import LAMPS
-from precompute.check.lamps import Lamp
+from precompute.check.verdict import Lamp
 from precompute.cli import parser
 from precompute.measure.errors import Errors
-from precompute.table import atlas, atlas_file
+from precompute.table import atlas
 
 PICTURE = ("--size-um", "4", "--height-nm", "250")
 QUICK = ("--pairs", "1000", "--step-nm", "10", "--progress", "none")
@@ -28,12 +28,12 @@ def baked(request, folder, scan):
 
 def spoilt(baked, path, fault, lamps=None):
     """Write the bake's file with a changed table, and other claims for lamps; return its path."""
-    table, record = atlas_file.read(baked)
+    table, record = atlas.read(baked)
     for key in ("format", "layout"):
         del record[key]
     if lamps is not None:
         record["delta_e"] = {**record["delta_e"], "lamps_claim": lamps}
-    atlas_file.write_together({path: atlas.pack(fault(table))}, record)
+    atlas.write_together({path: atlas.pack(fault(table))}, record)
     return path
 
 
@@ -44,7 +44,7 @@ def as_it_is(table):
 def test_a_bake_for_several_lamps_passes(run, baked, scan):
     """Each lamp's 95th percentile is the header's, within what two samples differ by."""
     status, out, err = run("check", baked, scan, *PICTURE, *QUICK, "--json", "-")
-    facts, stated = json.loads(out), atlas_file.read(baked)[1]["delta_e"]["lamps"]
+    facts, stated = json.loads(out), atlas.read(baked)[1]["delta_e"]["lamps"]
     assert (status, err, facts["faults"]) == (0, "", [])
     assert set(facts["lamps"]) == set(stated) == set(LAMPS)
     for lamp, figures in facts["lamps"].items():

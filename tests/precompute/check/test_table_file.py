@@ -5,9 +5,8 @@ import numpy as np
 import pytest
 
 from precompute.check.table_file import read_table
-from precompute.table import atlas, atlas_file
-from precompute.table.table import Table
-from precompute.table.tiling import SPACINGS, Cell, cell_for
+from precompute.table import atlas
+from precompute.table.table import SPACINGS, Cell, Table, cell_for
 
 
 @pytest.mark.parametrize("precision", [np.float16, np.float32])
@@ -18,8 +17,8 @@ def test_a_table_is_read_as_a_renderer_reads_it(tmp_path, precision):
         tiles, rng.random((600, 3)), 0.05, 0.008, "E", first=(-0.1, -0.4), w_range=(0.5, 1.9), precision=precision
     )
     path = tmp_path / "table.exr"
-    atlas_file.write_together({path: atlas.pack(table)}, {"model": "ensemble"})
-    read, stored = read_table(path), atlas_file.read(path)[0]
+    atlas.write_together({path: atlas.pack(table)}, {"model": "ensemble"})
+    read, stored = read_table(path), atlas.read(path)[0]
     assert read.region == (pytest.approx((-0.384, 1.976)), pytest.approx((-0.084, 0.196)))
     assert (read.w_range, read.sigma_b, read.illuminant) == ((0.5, 1.9), 0.05, "E")
     u, v = rng.uniform(-0.5, 2.1, 500), rng.uniform(-0.2, 0.4, 500)
@@ -43,8 +42,8 @@ def test_all_channels_are_read(tmp_path, illuminant, channels):
         wider=(levels[1],), spacing=spacing, coarser=cell.coarser,
     )  # fmt: skip
     path = tmp_path / "table.exr"
-    atlas_file.write_together({path: atlas.pack(table)}, {"model": "ensemble"})
-    read, stored = read_table(path), atlas_file.read(path)[0]
+    atlas.write_together({path: atlas.pack(table)}, {"model": "ensemble"})
+    read, stored = read_table(path), atlas.read(path)[0]
     u, v = rng.uniform(-0.5, 0.5, 200), rng.uniform(-0.4, 0.4, 200)
     for variance in (0.0, 0.6 * table.sigma_b**2):
         expected = stored.channels_over_w2(u, v, 1.2, variance=variance)
@@ -73,8 +72,8 @@ def test_every_level_is_read(tmp_path, spacing, inner, coarser):
         wider=tuple(levels[1:]), spacing=spacing, coarser=cell.coarser,
     )  # fmt: skip
     path = tmp_path / "table.exr"
-    atlas_file.write_together({path: atlas.pack(table)}, {"model": "ensemble"})
-    read, stored = read_table(path), atlas_file.read(path)[0]
+    atlas.write_together({path: atlas.pack(table)}, {"model": "ensemble"})
+    read, stored = read_table(path), atlas.read(path)[0]
     assert len(read.wider) == cell.levels - 1
     u, v = rng.uniform(-0.5, 2.1, 200), rng.uniform(-0.2, 0.4, 200)
     for added in (0, 0.3, spacing.grown(1) - 1, 2.2 * spacing.ratio, 300):

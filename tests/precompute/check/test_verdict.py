@@ -10,8 +10,8 @@ from PIL import Image
 
 from precompute.cli import parser
 from precompute.cli.map_verb import write_picture
-from precompute.table import atlas, atlas_file
-from precompute.table.atlas_file import read_header
+from precompute.table import atlas
+from precompute.table.atlas import read_header
 
 PICTURE = ("--size-um", "4", "--height-nm", "250")
 # A kernel of 0.06 in (u, v), by which a turn of 5 degrees moves the first order.
@@ -29,10 +29,10 @@ def baked(folder, scan):
 
 def spoilt(baked, path, fault, **header):
     """Write the bake's file with a changed table and header entries; return its path."""
-    table, record = atlas_file.read(baked)
+    table, record = atlas.read(baked)
     for key in ("format", "layout"):
         del record[key]
-    atlas_file.write_together({path: atlas.pack(fault(table))}, {**record, **header})
+    atlas.write_together({path: atlas.pack(fault(table))}, {**record, **header})
     return path
 
 
@@ -140,7 +140,7 @@ def test_the_claim_for_wider_kernels_is_kept(run, baked, scan):
     """Under every level's kernel and the middles between two, on other directions than those of the bake."""
     facts = json.loads(run("check", baked, scan, *PICTURE, *QUICK, "--groups", "8", "--json", "-")[1])
     claimed = read_header(baked)[1]["delta_e"]
-    levels = len(atlas_file.read(baked)[0].levels)
+    levels = len(atlas.read(baked)[0].levels)
     assert [each["level"] for each in facts["wide"]] == [half / 2 for half in range(1, 2 * levels - 1)]
     assert all(2 * each["p99"] - each["p99_most"] <= claimed["wide_p99_most"] for each in facts["wide"])
     assert claimed["claim"] >= max(claimed["p99_most"], claimed["wide_p99_most"], claimed["p99_of_w"])
@@ -246,7 +246,7 @@ def test_another_model_and_another_version(refused, baked, scan, tmp_path):
     ("level_offset", -0.1), ("level_coarser", 0.5), ("level_coarser", None),
 ])  # fmt: skip
 def test_a_header_that_cannot_be(refused, baked, scan, tmp_path, key, value):
-    layout = {**atlas_file.read(baked)[1]["layout"], key: value}
+    layout = {**atlas.read(baked)[1]["layout"], key: value}
     path = spoilt(baked, tmp_path / "odd.exr", lambda table: table, layout=layout)
     assert f"its header's {key} cannot be" in refused("check", path, scan, *PICTURE, *QUICK)
 
@@ -257,7 +257,7 @@ def test_a_header_that_cannot_be(refused, baked, scan, tmp_path, key, value):
 ])  # fmt: skip
 def test_a_header_that_does_not_fit(refused, baked, scan, tmp_path, layout):
     if isinstance(layout, dict):
-        layout = {**atlas_file.read(baked)[1]["layout"], **layout}
+        layout = {**atlas.read(baked)[1]["layout"], **layout}
     path = spoilt(baked, tmp_path / "odd.exr", lambda table: table, layout=layout)
     assert "its header" in refused("check", path, scan, *PICTURE, *QUICK)
 
@@ -274,10 +274,10 @@ def test_provenance_of_other_types(refused, baked, scan, tmp_path, provenance):
 
 
 def test_a_table_that_is_no_number(refused, baked, scan, tmp_path):
-    table, record = atlas_file.read(baked)
+    table, record = atlas.read(baked)
     image, layout = atlas.pack(table)
     image[-9, 9] = np.nan
-    atlas_file.write_together({tmp_path / "nan.exr": (image, layout)}, record)
+    atlas.write_together({tmp_path / "nan.exr": (image, layout)}, record)
     assert "no number" in refused("check", tmp_path / "nan.exr", scan, *PICTURE, *QUICK)
 
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from precompute.table import atlas, atlas_file
+from precompute.table import atlas
 from precompute.table.table import Table
 
 PICTURE = ("--size-um", "4", "--height-nm", "250")
@@ -31,5 +31,5 @@ def small_bake(tmp_path):
     table = Table(tiles, np.full((512, 3), 0.5), 0.05, 4 / 252, "D65")
     (tmp_path / "bakes").mkdir()
     path = tmp_path / "bakes" / "small.exr"
-    atlas_file.write_together({path: atlas.pack(table)}, {"source": "small"})
+    atlas.write_together({path: atlas.pack(table)}, {"source": "small"})
     return path

@@ -16,9 +16,9 @@ from precompute.measure.errors import Errors, measure
 from precompute.measure.truths import truths
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import prepare
-from precompute.table import atlas_file
-from precompute.table.atlas_file import read_header
-from precompute.table.tiling import TILE_PADDING
+from precompute.table import atlas
+from precompute.table.atlas import read_header
+from precompute.table.table import TILE_PADDING
 from tests.precompute.bake.same_bake import assert_same_bake
 
 from .conftest import PICTURE, SHORT
@@ -58,7 +58,7 @@ def test_bake_tells_its_facts_and_writes_its_files(baked, scan):
 
 def test_the_error_in_the_header_is_that_of_the_file(baked, scan):
     _, folder = baked
-    table, record = atlas_file.read(folder / "skin.exr")
+    table, record = atlas.read(folder / "skin.exr")
     relief = prepare(read_height_map(str(scan), 4, 250))
     truth = truths(relief, table.sigma_b, 2, pairs_each=500, step_m=5e-9, seed=99)
     errors = measure(truth, table.candidate)
@@ -80,10 +80,10 @@ def test_bake_takes_its_options(run, scan, tmp_path):
     assert status == 0
     assert "skin.exr" in out and "dE00" in out
     facts = json.loads((tmp_path / "facts.json").read_text())
-    # The scan's window leaves room for 0.56 of its side of 4 um, to the pixels of the window (bake/kernel.py).
+    # The scan's window leaves room for 0.56 of its side of 4 um, to the pixels of the window (bake/plan.py).
     assert facts["coherence_um"] == pytest.approx(0.56 * 4, rel=0.02)
     assert "warning: coherence of 4 um: reduced to 2.2" in out
-    assert atlas_file.read(tmp_path / "skin.exr")[0].illuminant == "E"
+    assert atlas.read(tmp_path / "skin.exr")[0].illuminant == "E"
 
 
 @pytest.mark.parametrize("light", ["D65", "smooth", "led+tube"])
@@ -113,7 +113,7 @@ def test_a_mirror_under_a_short_coherence_bakes(run, tmp_path):
     status, out, _ = run("bake", black, "--size-um", "2", "--height-nm", "100", "-o", tmp_path, "--json", "-")
     assert status == 0
     assert json.loads(out)["delta_e"]["max"] == 0
-    assert not atlas_file.read(tmp_path / "mirror.exr")[0].terms.any()
+    assert not atlas.read(tmp_path / "mirror.exr")[0].terms.any()
 
 
 @pytest.mark.parametrize("matter", ["dielectric", "gold"])

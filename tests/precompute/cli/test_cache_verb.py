@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from precompute.bake import cache
-from precompute.bake.cache_store import Cache
+from precompute.bake.cache import Cache
 from precompute.base.shared_folder import server_now_ns
-from precompute.table import atlas_file
+from precompute.table import atlas
 
 
 def content(number):
@@ -29,10 +29,10 @@ def filled(cache_folder, tmp_path):
     """The cache with three bakes of 400,000 bytes, last used 0, 10 and 20 days ago."""
     for number, (key, of) in enumerate(zip(KEYS, CONTENTS, strict=True)):
         file, (surface,) = tmp_path / f"skin{number}.exr", of["surfaces"]
-        header = {"format": atlas_file.FORMAT, "request": {"delta_e": 1.0, "scans": []}, **surface}
+        header = {"format": atlas.FORMAT, "request": {"delta_e": 1.0, "scans": []}, **surface}
         header |= {"heights_sha256": [surface["heights_sha256"]], "source": "skin.png", "channel": "Topography"}
-        texts = {atlas_file.HEADER_KEY: json.dumps(header), "padding": "x" * 400_000}
-        atlas_file.write_exr(file, np.zeros((1, 1, 3), np.float32), texts)
+        texts = {atlas.HEADER_KEY: json.dumps(header), "padding": "x" * 400_000}
+        atlas.write_exr(file, np.zeros((1, 1, 3), np.float32), texts)
         facts = {"seconds": 1.0, "delta_e": {"p99": 0.5 + number}, "files": [str(file)]}
         assert Cache(cache_folder).put(key, tmp_path, facts, of=of)
         at_ns = server_now_ns(tmp_path) - 10 * number * cache.NS_OF_A_DAY

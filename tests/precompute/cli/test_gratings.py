@@ -8,7 +8,7 @@ import pytest
 from precompute.bake.cache import content_of, key_of
 from precompute.bake.request import BakeRequest, Scan, request_from
 from precompute.surface.readers.reader_registry import read_height_map
-from precompute.table.atlas_file import read_header
+from precompute.table.atlas import read_header
 
 # One wavelength, because the check of a white bake takes half a minute.
 DRAFT = ("--delta-e", "3", "--coherence-um", "10", "--illuminant", "532nm", "--progress", "none")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from precompute.table.atlas_file import read_header
+from precompute.table.atlas import read_header
 
 from .conftest import PICTURE
 

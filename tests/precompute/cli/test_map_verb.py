@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from precompute.maps.brdf_map import linear_rgb
-from precompute.table import atlas, atlas_file
+from precompute.table import atlas
 from precompute.table.table import Table
 
 from .conftest import PICTURE, SHORT
@@ -76,7 +76,7 @@ def test_row_zero_of_an_exr_map_is_plus_y(run, tmp_path):
     tiles = np.zeros((1, 256, 256, 3), np.float32)
     tiles[:, 140:] = 1
     table = Table(tiles, np.zeros((256, 3)), 0.05, 4 / 252, "D65")
-    atlas_file.write_together({tmp_path / "up.exr": atlas.pack(table)}, {})
+    atlas.write_together({tmp_path / "up.exr": atlas.pack(table)}, {})
     for name in ("map.png", "map_linear.exr"):
         assert run("map", tmp_path / "up.exr", "-o", tmp_path / name, "--size", "32")[0] == 0
     linear = OpenEXR.File(str(tmp_path / "map_linear.exr")).channels()["RGB"].pixels

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from precompute.cli import parser
-from precompute.reflectance.matter_text import parse
-from precompute.table import atlas, atlas_file
+from precompute.reflectance.matter import parse
+from precompute.table import atlas
 from tests.precompute.bake.same_bake import assert_same_bake
 
 SURFACE = "sample:blazed"
@@ -27,16 +27,16 @@ def baked(tmp_path_factory):
 
 def spoilt(baked, path, *, request=None, **changes):
     """Write the bake's file with a changed table, or with changes of the request in its header; return its path."""
-    table, record = atlas_file.read(baked)
+    table, record = atlas.read(baked)
     for key in ("format", "layout"):
         del record[key]
     record["request"] |= request or {}
-    atlas_file.write_together({path: atlas.pack(replace(table, **changes))}, record)
+    atlas.write_together({path: atlas.pack(replace(table, **changes))}, record)
     return path
 
 
 def test_its_file_holds_a_reflectance(baked):
-    table, record = atlas_file.read(baked)
+    table, record = atlas.read(baked)
     assert record["request"]["matter"] == "gold"
     assert table.holds_reflectance and table.largest_albedo > 1
 
@@ -46,7 +46,7 @@ def test_it_passes_its_check(run, baked):
     """The errors are those of the bake: two samples of one distribution, drawn by two programs. They depend on w, so a
     few values of it would be no sample."""
     status, out, err = run("check", baked, SURFACE, *QUICK, "--groups", "8", "--json", "-")
-    facts, claimed = json.loads(out), atlas_file.read_header(baked)[1]["delta_e"]
+    facts, claimed = json.loads(out), atlas.read_header(baked)[1]["delta_e"]
     assert (status, err) == (0, "") and facts["passed"]
     assert facts["delta_e"]["p99"] <= 1
     for name in ("mean", "p95", "p99"):
@@ -56,7 +56,7 @@ def test_it_passes_its_check(run, baked):
 @pytest.mark.short("undivided-|dY|")
 @pytest.mark.parametrize(("name", "fault"), [("undivided", "|dY|"), ("black", "dE00")])
 def test_a_wrong_metal_fails(refused, baked, tmp_path, name, fault):
-    table, _ = atlas_file.read(baked)
+    table, _ = atlas.read(baked)
     changes = {"undivided": {"largest_albedo": 1.0}, "black": {"terms": 0 * table.terms}}
     told = refused("check", spoilt(baked, tmp_path / "odd.exr", **changes[name]), SURFACE, *QUICK, "--step-nm", "20")
     assert fault in told
@@ -76,7 +76,7 @@ def test_the_cache_tells_matters_apart_and_knows_two_spellings(run, tmp_path):
         status, out, _ = run(*line)
         assert status == 0
         cached.append(json.loads(out)["cached"])
-        layout, record = atlas_file.read_header(tmp_path / f"{number}" / "flat.exr")
+        layout, record = atlas.read_header(tmp_path / f"{number}" / "flat.exr")
         assert layout.holds_reflectance == (matter != "dielectric")
         assert record["request"]["matter"] == str(parse(matter))
     assert cached == [False, False, False, True, False, True]
@@ -128,5 +128,5 @@ def test_its_map_is_in_both_forms(run, baked, tmp_path):
         path = tmp_path / f"{form}.exr"
         line = ("map", baked, "--form", form, "--theta-i", "70", "--size", "48", "-o", path, "--progress", "none")
         assert run(*line)[0] == 0
-        pixels[form] = np.asarray(atlas_file.open_picture(path).pixels())
+        pixels[form] = np.asarray(atlas.open_picture(path).pixels())
     assert np.ptp(pixels["stam"] - pixels["material"]) > 0.01 * pixels["stam"].max()

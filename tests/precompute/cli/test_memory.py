@@ -3,7 +3,7 @@
 
 import pytest
 
-from precompute.base import memory
+from precompute.base import machine
 
 from .conftest import PICTURE
 
@@ -31,7 +31,7 @@ def line_of(refused, scan, tmp_path):
 @pytest.mark.parametrize("verb", OUTPUTS)
 def test_a_picture_said_to_be_a_millimetre_wide(line_of, scan, monkeypatch, verb):
     """48 pixels become 10,560: 2.9 GiB, more than half of 4 GiB."""
-    monkeypatch.setattr(memory, "free_bytes", lambda: 4 << 30)
+    monkeypatch.setattr(machine, "free_bytes", lambda: 4 << 30)
     told = line_of(verb, *WIDE)
     assert f"{scan}: " in told and "10560 x 10560" in told and "crop the scan" in told
 
@@ -39,14 +39,14 @@ def test_a_picture_said_to_be_a_millimetre_wide(line_of, scan, monkeypatch, verb
 @pytest.mark.parametrize("verb", OUTPUTS)
 def test_work_that_little_memory_does_not_hold(line_of, scan, monkeypatch, verb):
     """The refined relief of 48 x 48 pixels fits into half a MiB; its transforms do not."""
-    monkeypatch.setattr(memory, "free_bytes", lambda: 250_000)
-    monkeypatch.setattr("precompute.surface.readers.image.refuse_beyond_memory", lambda *_, **__: None)
+    monkeypatch.setattr(machine, "free_bytes", lambda: 250_000)
+    monkeypatch.setattr("precompute.surface.readers.pictures.refuse_beyond_memory", lambda *_, **__: None)
     told = line_of(verb, *PICTURE)
     assert f"{scan}: " in told and "more than half of the 0 MiB" in told
 
 
 def test_a_picture_that_does_not_fit_is_not_decoded(refused, scan, monkeypatch):
-    monkeypatch.setattr(memory, "free_bytes", lambda: 10_000)
+    monkeypatch.setattr(machine, "free_bytes", lambda: 10_000)
     assert "reading 48 x 48 pixels would take" in refused("info", scan, *PICTURE)
 
 

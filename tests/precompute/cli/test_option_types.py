@@ -9,7 +9,7 @@ import pytest
 
 from devtools import ROOT
 from laboratory.verbs import PACKAGES
-from precompute.cli.option_types import count, name_argument, number, path_argument
+from precompute.cli.arguments import count, name_argument, number, path_argument
 from precompute.cli.parser import build_parser
 
 VERBS = [name for texts in PACKAGES.values() for name in texts]

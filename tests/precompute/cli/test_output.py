@@ -12,7 +12,7 @@ from laboratory.study.colour_comparison import ColourComparison
 from precompute.base.failure import GratingError
 from precompute.cli.printing import emit
 from precompute.measure.errors import Errors
-from precompute.table.atlas_file import write_exr
+from precompute.table.atlas import write_exr
 
 
 @pytest.mark.parametrize("figure", [math.nan, math.inf, -math.inf])

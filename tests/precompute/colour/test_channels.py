@@ -24,7 +24,7 @@ from precompute.colour.illuminants import (
     parts_of,
 )
 from precompute.colour.observer import mirror_xyz, spectral_weights, wavelengths
-from precompute.colour.working_space import RGB_SPACES, lamp_rgb, rgb_from_xyz
+from precompute.colour.spaces import RGB_SPACES, lamp_rgb, rgb_from_xyz
 
 SEVERAL = ("D65+smooth", "D65+led", "D65+FL11", "D65+led+FL11+532nm", "D65+smooth+400:0 589:0 589.3:1 590:0")
 LAMPS = ("D65", "E", "A", "1850K", "2700K", "25000K", "D5500", "LED-B1", "LED-RGB1", "FL11", "HP1", "532nm")

@@ -4,10 +4,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from precompute.colour.difference import delta_e_2000, lab
 from precompute.colour.illuminants import ILLUMINANTS
 from precompute.colour.observer import _cie_table, observer, spectral_weights, white_xyz
-from precompute.colour.working_space import RGB_SPACES, rgb_from_xyz, srgb_encode
+from precompute.colour.spaces import RGB_SPACES, delta_e_2000, lab, rgb_from_xyz, srgb_encode
 
 # Sharma, Wu and Dalal 2005, table 1: L1 a1 b1, L2 a2 b2, the difference; made to cover every branch of the formula.
 SHARMA = np.array([

@@ -6,9 +6,8 @@ from functools import partial
 import numpy as np
 import pytest
 
-from precompute.colour.drawn_wavelengths import drawn_weight, wavelength_quantiles
 from precompute.colour.illuminants import ILLUMINANTS
-from precompute.colour.observer import observer, white_xyz
+from precompute.colour.observer import drawn_weight, observer, wavelength_quantiles, white_xyz
 from tests.precompute.chi_square import LIMIT, unlikeliness
 
 EACH = pytest.mark.parametrize("illuminant", ILLUMINANTS)

@@ -7,9 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from precompute.colour.gamut import shown_rgb
 from precompute.colour.observer import observer, white_xyz
-from precompute.colour.working_space import RGB_SPACES, rgb_from_xyz
+from precompute.colour.spaces import RGB_SPACES, rgb_from_xyz, shown_rgb
 
 # Light of one wavelength, which lies outside of every space.
 LINES = observer(np.array([450e-9, 520e-9, 560e-9, 620e-9]), "E")

@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 
 from precompute.base.failure import GratingError
-from precompute.colour.drawn_wavelengths import drawn_weight, wavelength_quantiles
 from precompute.colour.illuminants import (
     ILLUMINANTS,
     LAMPS,
@@ -19,14 +18,16 @@ from precompute.colour.illuminants import (
 )
 from precompute.colour.observer import (
     _cie_table,
+    drawn_weight,
     is_white,
     mirror_xyz,
     observer,
     spectral_weights,
+    wavelength_quantiles,
     wavelengths,
     white_xyz,
 )
-from precompute.colour.working_space import RGB_SPACES, lamp_rgb, rgb_from_xyz
+from precompute.colour.spaces import RGB_SPACES, lamp_rgb, rgb_from_xyz
 
 NM = np.arange(380.0, 781.0)
 WHITE = [*named(), "1000K", "1850K", "2700K", "25000K", "D4000", "D6500", "D25000"]

@@ -4,10 +4,16 @@
 import numpy as np
 import pytest
 
-from precompute.colour.drawn_wavelengths import drawn_weight, wavelength_quantiles
 from precompute.colour.illuminants import ILLUMINANTS, is_illuminant, line_of
-from precompute.colour.observer import mirror_xyz, seen_wavelengths, spectral_weights, white_xyz
-from precompute.colour.working_space import RGB_SPACES, rgb_from_xyz
+from precompute.colour.observer import (
+    drawn_weight,
+    mirror_xyz,
+    seen_wavelengths,
+    spectral_weights,
+    wavelength_quantiles,
+    white_xyz,
+)
+from precompute.colour.spaces import RGB_SPACES, rgb_from_xyz
 
 
 def test_a_line_is_named_by_its_wavelength():

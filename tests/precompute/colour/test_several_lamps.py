@@ -5,17 +5,18 @@ import numpy as np
 import pytest
 
 from precompute.base.failure import GratingError
-from precompute.colour.channels import scene_matrix
-from precompute.colour.illuminants import is_illuminant
-from precompute.colour.lamp_table import (
+from precompute.colour.channels import (
     lamp_table,
     lamps_of_table,
+    light_for,
     nearest_row,
     row_of,
     row_of_temperature,
+    scene_matrix,
+    stated_error,
 )
-from precompute.colour.several_lamps import light_for, stated_error
-from precompute.colour.working_space import RGB_SPACES, lamp_rgb
+from precompute.colour.illuminants import is_illuminant
+from precompute.colour.spaces import RGB_SPACES, lamp_rgb
 
 FILE = "440:0 450:1 460:0"
 

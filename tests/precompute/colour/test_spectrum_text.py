@@ -7,9 +7,15 @@ import numpy as np
 import pytest
 
 from precompute.base.failure import GratingError
-from precompute.colour.illuminants import illuminant_of, is_illuminant, spectrum
+from precompute.colour.illuminants import (
+    LARGEST_BYTES,
+    MOST_POINTS,
+    illuminant_of,
+    is_illuminant,
+    read_spectrum,
+    spectrum,
+)
 from precompute.colour.observer import white_xyz
-from precompute.colour.spectrum_text import LARGEST_BYTES, MOST_POINTS, read_spectrum
 
 
 @pytest.mark.parametrize("content", [

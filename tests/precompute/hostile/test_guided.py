@@ -6,12 +6,12 @@ import random
 from laboratory.benchmarks.hostile import guided
 from laboratory.benchmarks.hostile.readers import FORMATS
 from precompute.base.failure import GratingError
-from precompute.surface.readers import number_text
+from precompute.surface.readers import scan_file
 
 
 def test_what_reaches_new_lines_is_kept_and_what_raises_is_found():
     def take(data):
-        if number_text.is_numbers(data):
+        if scan_file.is_numbers(data):
             return
         if b"\0" in data:
             raise KeyError("zero")

@@ -26,9 +26,9 @@ from laboratory.verbs import benchmark_verb as verb
 from precompute.base.failure import GratingError
 from precompute.cli import parser
 from precompute.colour.observer import wavelengths
-from precompute.measure.pairs import Pairs
+from precompute.measure.errors import Pairs
 from precompute.optics import coherence
-from precompute.reference.ensemble_reference import reference_xyz
+from precompute.reference.reference import reference_xyz
 from precompute.surface.relief import prepare
 from precompute.surface.samples.catalogue import make_sample
 from precompute.surface.samples.ruled_gratings import blazed

@@ -15,8 +15,7 @@ from laboratory.study.efficiency import PROFILES, analytic_efficiency, efficienc
 from laboratory.verbs import PACKAGES
 from precompute.base.failure import GratingError
 from precompute.cli.parser import main
-from precompute.optics.fresnel import fresnel_reflectance
-from precompute.optics.small_slope import small_slope_reflectance
+from precompute.optics.brdf import fresnel_reflectance, small_slope_reflectance
 
 PERIOD = 2.5e-6
 DEPTHS = (50e-9, 200e-9, 800e-9)

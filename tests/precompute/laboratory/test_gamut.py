@@ -6,7 +6,7 @@ import pytest
 
 from laboratory.benchmarks import gamut
 from precompute.colour.observer import observer, white_xyz
-from precompute.colour.working_space import rgb_from_xyz
+from precompute.colour.spaces import rgb_from_xyz
 from precompute.measure.shown_colours import SHOWN_Y
 
 # Light of one wavelength, which lies outside of every space, and a grey, which lies inside.

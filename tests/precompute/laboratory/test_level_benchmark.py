@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from laboratory.benchmarks import levels
-from precompute.table.table import Table
-from precompute.table.tiling import Spacing
+from precompute.table.table import Spacing, Table
 
 RATIO = st.sampled_from([1.5, 2.0, 4.0])
 

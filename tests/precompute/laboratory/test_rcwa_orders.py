@@ -12,8 +12,7 @@ from laboratory.benchmarks import rcwa_orders, rcwa_orders_tables
 from laboratory.benchmarks.rcwa import Grating, fresnel, reflected
 from laboratory.benchmarks.rcwa_orders_factors import FACTORS, RATIO, reflectance
 from laboratory.benchmarks.rcwa_orders_rows import METALS, Row, directions, off_by, rigorous_orders, spectrum
-from precompute.optics.brdf import RATIO_IOR, half_angle_cosine, scattering_factor
-from precompute.optics.fresnel import fresnel_reflectance
+from precompute.optics.brdf import RATIO_IOR, fresnel_reflectance, half_angle_cosine, scattering_factor
 
 pytestmark = pytest.mark.night("tests/precompute/optics/test_small_slope.py")
 

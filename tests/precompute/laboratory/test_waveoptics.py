@@ -9,8 +9,8 @@ from laboratory.benchmarks.waveoptics import Views, bakes, compared, cut_density
 from laboratory.benchmarks.waveoptics_folder import HEIGHTS, Question, commands, prepare, relief_in, write
 from precompute.base.failure import GratingError
 from precompute.maps.brdf_map import light_from, view_hemisphere
-from precompute.reference.patch_reference import PatchReference
-from precompute.spectra.patch_window import window_at
+from precompute.reference.reference import PatchReference
+from precompute.spectra.spectrum import window_at
 from precompute.surface.height_map import HeightMap
 
 QUESTION = Question(texels=128, texel_um=0.05, sigma_um=0.8, wavelengths_nm=(550,), lights_deg=(0, 30))

@@ -4,10 +4,8 @@ import pytest
 
 from precompute.bake.ensemble import bake
 from precompute.bake.request import BakeRequest
-from precompute.colour.difference import delta_e_2000, lab
-from precompute.colour.gamut import shown_rgb
 from precompute.colour.observer import white_xyz
-from precompute.colour.working_space import rgb_from_xyz, srgb_encode
+from precompute.colour.spaces import delta_e_2000, lab, rgb_from_xyz, shown_rgb, srgb_encode
 from precompute.maps.brdf_map import (
     from_bake,
     from_method,
@@ -21,11 +19,10 @@ from precompute.maps.brdf_map import (
 )
 from precompute.methods.method import Settings
 from precompute.methods.method_registry import METHODS
-from precompute.optics.fresnel import fresnel_reflectance
+from precompute.optics.brdf import fresnel_reflectance, small_slope_reflectance
 from precompute.optics.mirror_image import mirror_kernel
-from precompute.optics.small_slope import small_slope_reflectance
-from precompute.reference.ensemble_reference import reference_xyz
-from precompute.reflectance.matter_text import parse
+from precompute.reference.reference import reference_xyz
+from precompute.reflectance.matter import parse
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
 from precompute.surface.samples.ruled_gratings import blazed

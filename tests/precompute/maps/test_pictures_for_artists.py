@@ -6,10 +6,9 @@ import pytest
 
 from precompute.bake.ensemble import bake
 from precompute.bake.request import BakeRequest
-from precompute.maps import spectrum_picture as spectrum
-from precompute.maps import view_chart as chart
-from precompute.maps.canvas import GROUND, SIDE, round_below
-from precompute.maps.height_picture import height_picture
+from precompute.maps import brdf_map as chart
+from precompute.maps import pictures as spectrum
+from precompute.maps.pictures import GROUND, SIDE, height_picture, round_below
 from precompute.surface.height_map import HeightMap
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import prepare
@@ -48,7 +47,7 @@ def test_a_wave_stands_at_its_lines_per_millimetre(period_m, angle_deg):
     scan = waves(period_m, angle_deg=angle_deg)
     found = spectrum.waves_of(scan).gratings[0]
     reach = spectrum._reach(found)
-    plot = spectrum._greys(spectrum.spectrum_of(scan), reach)[..., 0]
+    plot = spectrum._spectrum_greys(spectrum.spectrum_of(scan), reach)[..., 0]
     rows, cols = np.nonzero(plot == plot.max())
     pitch = 2 * reach / len(plot)
     right = (cols + 0.5) * pitch - reach
@@ -65,7 +64,7 @@ def test_waves_without_colours_are_dimmed():
     """A waviness of 20 um, ten times as high, is coarser than the ring: it is grey, and does not set the brightness."""
     fine = waves(1e-6)
     coarse = HeightMap(fine.height_m + 10 * waves(20e-6).height_m, fine.pixel_size_m, "test")
-    plot = spectrum._greys(spectrum.spectrum_of(coarse), 3500)[..., 0]
+    plot = spectrum._spectrum_greys(spectrum.spectrum_of(coarse), 3500)[..., 0]
     lines = (np.arange(len(plot)) + 0.5) * 7000 / len(plot) - 3500
     within = np.hypot(lines[:, None], lines) < spectrum._RINGS[0]
     assert plot[within].max() == pytest.approx(255 * 0.4, abs=1)

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from precompute.maths.banded import banded_sums
+from precompute.maths.bspline import banded_sums
 
 
 @pytest.mark.parametrize(("edge", "mode"), [(False, "constant"), (True, "edge")])

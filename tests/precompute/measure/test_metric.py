@@ -5,15 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from precompute.colour.difference import delta_e_2000, lab
 from precompute.colour.observer import white_xyz
-from precompute.measure.errors import COUNTED_Y, EXPOSURE_PERCENTILES, Truth, measure
-from precompute.measure.pairs import Pairs, draw_w
+from precompute.colour.spaces import delta_e_2000, lab
+from precompute.measure.errors import COUNTED_Y, EXPOSURE_PERCENTILES, Pairs, Truth, draw_w, measure
 from precompute.measure.truths import _drawn_bins, draw_pairs, exact_spectrum, truths
-from precompute.optics.brdf import NO_RATIO, RATIO_IOR
-from precompute.optics.fresnel import KERATIN_IOR, fresnel_reflectance
-from precompute.optics.small_slope import small_slope_reflectance
-from precompute.reference.ensemble_reference import reference_grid, reference_xyz
+from precompute.optics.brdf import KERATIN_IOR, NO_RATIO, RATIO_IOR, fresnel_reflectance, small_slope_reflectance
+from precompute.reference.reference import reference_grid, reference_xyz
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
 from precompute.surface.samples.discs import cd

@@ -6,9 +6,9 @@ import pytest
 
 from precompute.bake.ensemble import bake
 from precompute.bake.request import BakeRequest
-from precompute.bake.table_colours import shown_colours
+from precompute.bake.self_check import shown_colours
 from precompute.colour.observer import observer, white_xyz
-from precompute.colour.working_space import RGB_SPACES
+from precompute.colour.spaces import RGB_SPACES
 from precompute.measure.shown_colours import SHOWN_Y, is_shown, shown_in, told
 from precompute.surface.relief import prepare
 from precompute.surface.samples.catalogue import make_sample

@@ -6,7 +6,7 @@ import pytest
 
 from precompute.mesh import guide
 from precompute.mesh.direction_field import guided_field
-from precompute.mesh.head_to_tail import head_to_tail
+from precompute.mesh.guide import head_to_tail
 from precompute.mesh.surface import surface_of
 
 from .shapes import branching, joined, sheet, sphere, tube

@@ -4,8 +4,7 @@
 import numpy as np
 import pytest
 
-from precompute.mesh.direction_field import laplacian
-from precompute.mesh.multigrid import Matrix, hierarchy_of, matrix_of, solve
+from precompute.mesh.direction_field import Matrix, hierarchy_of, laplacian, matrix_of, solve
 from precompute.mesh.surface import surface_of
 
 from .shapes import torus

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from precompute.mesh.nearest import nearest
+from precompute.mesh.surface import nearest
 
 from .shapes import sphere
 

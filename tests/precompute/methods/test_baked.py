@@ -2,7 +2,7 @@
 """The arrangements in which the benchmark tries the bake."""
 
 from laboratory.speed.trials import FINER
-from precompute.bake.terms_and_texels import TEXELS_MIN
+from precompute.bake.plan import TEXELS_MIN
 from precompute.maths import bspline
 
 

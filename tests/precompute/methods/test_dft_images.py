@@ -17,8 +17,8 @@ from precompute.methods.dft_layout import Layout, read_layout, read_sound_layout
 from precompute.methods.method_registry import METHODS, SHADER_METHODS
 from precompute.surface.relief import prepare
 from precompute.surface.samples.ruled_gratings import blazed, sinusoidal
-from precompute.table import atlas_file
-from precompute.table.atlas_file import HEADER_KEY, read_header, write_together
+from precompute.table import atlas
+from precompute.table.atlas import HEADER_KEY, read_header, write_together
 
 RELIEF = prepare(blazed(periods=2, rows=40))
 SETTINGS = settings_for(coherence_length_m=5e-6)
@@ -132,7 +132,7 @@ def test_other_files_are_no_images(tmp_path):
 def test_a_layout_that_lies_is_refused(tmp_path, lie):
     image, layout = pack(METHODS["flss"](RELIEF, SETTINGS))
     path = tmp_path / "lie.exr"
-    record = {"format": atlas_file.FORMAT, "layout": {**vars(layout), **lie}}
+    record = {"format": atlas.FORMAT, "layout": {**vars(layout), **lie}}
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, HEADER_KEY: json.dumps(record)}
     with OpenEXR.File(header, {"RGB": np.ascontiguousarray(image[::-1])}) as file:
         file.write(str(path))

@@ -6,14 +6,14 @@ import pytest
 
 from precompute.base.failure import GratingError
 from precompute.cli.parser import main
-from precompute.colour.working_space import rgb_from_xyz
+from precompute.colour.spaces import rgb_from_xyz
 from precompute.maps import brdf_map
 from precompute.methods import gem
 from precompute.methods.baked import Baked
 from precompute.methods.method import Settings, spectral_sum
 from precompute.methods.method_registry import METHODS
 from precompute.optics.coherence import kernel_sigma
-from precompute.reference.ensemble_reference import reference_xyz
+from precompute.reference.reference import reference_xyz
 from precompute.surface.relief import prepare
 from precompute.surface.samples.ruled_gratings import blazed, sinusoidal
 from precompute.table.table import Table

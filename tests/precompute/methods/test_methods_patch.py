@@ -10,8 +10,8 @@ from precompute.methods import chebyshev_series, exact, flss, pq
 from precompute.methods.method import Settings
 from precompute.methods.method_registry import METHODS
 from precompute.methods.windowed_images import left_out
-from precompute.reference.patch_reference import PatchReference
-from precompute.spectra.patch_window import PatchWindow
+from precompute.reference.reference import PatchReference
+from precompute.spectra.spectrum import PatchWindow
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
 from precompute.surface.samples.ruled_gratings import blazed, sinusoidal

@@ -5,14 +5,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from precompute.optics.brdf import (
+    KERATIN_IOR,
     RATIO_IOR,
     RATIO_IOR_MAX,
+    fresnel_reflectance,
     half_angle_cosine,
     obliquity_times_cosine_and_w2,
     scattering_factor,
+    small_slope_reflectance,
 )
-from precompute.optics.fresnel import KERATIN_IOR, fresnel_reflectance
-from precompute.optics.small_slope import small_slope_reflectance
 
 pairs = settings(deadline=None, max_examples=100)
 polar = st.floats(0, np.radians(89.5))

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from precompute.optics.fresnel import fresnel_reflectance
+from precompute.optics.brdf import fresnel_reflectance
 from precompute.optics.plate import (
     NO_PLATE,
     face_reflectance,

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from precompute.reference.ensemble_reference import reference_xyz
+from precompute.reference.reference import reference_xyz
 from precompute.spectra.spectrum import FrequencyGrid, scattered_spectrum
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from precompute.bake.cache import BAKE_VERSION
-from precompute.presets import drafts
+from precompute.presets import presets
 from precompute.presets.presets import preset_names, read_preset
 
-REQUEST = drafts.draft_request(read_preset("cd").request)
+REQUEST = presets.draft_request(read_preset("cd").request)
 
 
 def bake(folder: Path) -> dict:
@@ -25,14 +25,14 @@ def bake(folder: Path) -> dict:
 
 @pytest.fixture
 def folder(tmp_path):
-    drafts.write_draft("cd", REQUEST, bake, folder=tmp_path)
+    presets.write_draft("cd", REQUEST, bake, folder=tmp_path)
     return tmp_path
 
 
 def test_a_draft_is_found_where_it_is_now(folder):
     moved = folder.with_name("moved")
     folder.rename(moved)
-    facts = drafts.shipped_draft("cd", REQUEST, moved)
+    facts = presets.shipped_draft("cd", REQUEST, moved)
     assert facts == {"tiles": 3, "files": [str(moved / "cd" / "cd.exr"), str(moved / "cd" / "cd.lobes.exr")]}
 
 
@@ -41,32 +41,32 @@ def test_a_draft_has_no_path_of_the_machine_that_made_it(folder):
 
 
 def test_another_preset_has_none(folder):
-    assert drafts.shipped_draft("dvd", REQUEST, folder) is None
+    assert presets.shipped_draft("dvd", REQUEST, folder) is None
 
 
 def test_a_draft_of_another_request_is_refused(folder):
-    assert drafts.shipped_draft("cd", replace(REQUEST, delta_e=1.0), folder) is None
+    assert presets.shipped_draft("cd", replace(REQUEST, delta_e=1.0), folder) is None
 
 
 def test_a_draft_of_another_version_is_refused(folder):
     record = folder / "cd" / "draft.json"
     record.write_text(json.dumps(json.loads(record.read_text()) | {"version": BAKE_VERSION + 1}))
-    assert drafts.shipped_draft("cd", REQUEST, folder) is None
+    assert presets.shipped_draft("cd", REQUEST, folder) is None
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"facts": 3}', '{"version": 1, "facts": {"files": 4}}', "\0"])
 def test_a_damaged_record_is_no_draft(folder, text):
     (folder / "cd" / "draft.json").write_text(text)
-    assert drafts.shipped_draft("cd", REQUEST, folder) is None
+    assert presets.shipped_draft("cd", REQUEST, folder) is None
 
 
 def test_a_draft_without_its_file_is_none(folder):
     (folder / "cd" / "cd.lobes.exr").unlink()
-    assert drafts.shipped_draft("cd", REQUEST, folder) is None
+    assert presets.shipped_draft("cd", REQUEST, folder) is None
 
 
 def test_a_draft_keeps_all_of_its_preset_but_the_quality():
     for name in preset_names():
         request = read_preset(name).request
-        draft = drafts.draft_request(request)
+        draft = presets.draft_request(request)
         assert replace(draft, delta_e=request.delta_e, coherence_length_m=request.coherence_length_m) == request

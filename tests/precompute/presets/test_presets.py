@@ -6,13 +6,12 @@ from dataclasses import replace
 
 import pytest
 
-from precompute.bake.bake_folder import bake_to_folder
+from precompute.bake.make import bake_to_folder
 from precompute.bake.request import request_from
 from precompute.base.failure import GratingError
-from precompute.presets.preset_hologram import hologram_from
-from precompute.presets.presets import FOLDER, preset_names, read_preset
+from precompute.presets.presets import FOLDER, hologram_from, preset_names, read_preset
 from precompute.surface.generated.parameters import canonical
-from precompute.table.atlas_file import read_header
+from precompute.table.atlas import read_header
 
 NAMES = preset_names()
 WORKING = {

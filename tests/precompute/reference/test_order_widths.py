@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from precompute.bake.ensemble import plan, sample_set
-from precompute.reference.ensemble_reference import blurred, reference_grid
+from precompute.reference.reference import blurred, reference_grid
 from precompute.spectra.density import density_at
 from precompute.spectra.spectrum import scattered_spectrum
 from precompute.surface.height_map import HeightMap

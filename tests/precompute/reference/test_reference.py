@@ -4,7 +4,7 @@ import pytest
 
 from precompute.colour.observer import spectral_weights, wavelengths, white_xyz
 from precompute.optics.coherence import narrowest_averaging_kernel
-from precompute.reference.ensemble_reference import blurred, reference_grid, reference_xyz
+from precompute.reference.reference import blurred, reference_grid, reference_xyz
 from precompute.spectra.spectrum import scattered_spectrum, zero_order_amplitude
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare

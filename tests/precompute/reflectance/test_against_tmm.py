@@ -4,9 +4,8 @@
 import numpy as np
 import pytest
 
-from precompute.reflectance.films import stack_reflectance
-from precompute.reflectance.matter_text import parse
-from precompute.reflectance.metals import metal_index
+from precompute.reflectance.films import metal_index, stack_reflectance
+from precompute.reflectance.matter import parse
 
 tmm = pytest.importorskip("tmm", reason="the package tmm is in the environment py311-bpy45 only")
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from precompute.optics.fresnel import fresnel_reflectance
+from precompute.optics.brdf import fresnel_reflectance
 from precompute.reflectance.films import _reflectance, stack_reflectance
 
 WAVELENGTHS = np.linspace(380e-9, 780e-9, 7)

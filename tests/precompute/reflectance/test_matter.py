@@ -4,11 +4,9 @@
 import numpy as np
 import pytest
 
-from precompute.optics.brdf import NO_RATIO, RATIO_IOR, RATIO_IOR_MAX
-from precompute.optics.fresnel import fresnel_reflectance
-from precompute.reflectance.matter import DIELECTRIC, Matter
-from precompute.reflectance.matter_text import parse
-from precompute.reflectance.metals import metal_index
+from precompute.optics.brdf import NO_RATIO, RATIO_IOR, RATIO_IOR_MAX, fresnel_reflectance
+from precompute.reflectance.films import metal_index
+from precompute.reflectance.matter import DIELECTRIC, Matter, parse
 
 WAVELENGTHS = np.linspace(380e-9, 780e-9, 5)
 COSINES = np.linspace(0, 1, 9)

@@ -9,10 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from precompute.base.failure import GratingError
-from precompute.reflectance import matter_text
-from precompute.reflectance.matter import Layer, Matter, Repeat
-from precompute.reflectance.matter_text import LONGEST, MOST_LAYERS, parse
-from precompute.reflectance.metals import METALS
+from precompute.reflectance import matter as matter_text
+from precompute.reflectance.films import METALS
+from precompute.reflectance.matter import LONGEST, MOST_LAYERS, Layer, Matter, Repeat, parse
 
 
 def test_a_stack():

@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from precompute.reflectance.matter_text import parse
-from precompute.reflectance.metals import METALS, metal_index
+from precompute.reflectance.films import METALS, metal_index
+from precompute.reflectance.matter import parse
 
 NM = 1e-9
 

@@ -4,7 +4,7 @@
 import numpy as np
 from PIL import Image
 
-from precompute.render_job.contact_sheet import write_sheet
+from precompute.render_job.pictures import write_sheet
 
 COLOURS = [(250, 0, 0), (0, 250, 0), (0, 0, 250), (250, 250, 0), (0, 250, 250)]
 

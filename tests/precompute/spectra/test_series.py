@@ -4,10 +4,8 @@
 import numpy as np
 import pytest
 
-from precompute.spectra import fast
-from precompute.spectra.fast import _coefficient_sizes, exact_error, fast_series, measured_count
-from precompute.spectra.resample import Resampler
-from precompute.spectra.series import bound
+from precompute.spectra import series as fast
+from precompute.spectra.series import Resampler, _coefficient_sizes, bound, exact_error, fast_series, measured_count
 from precompute.spectra.spectrum import frequency_grid, scattered_spectrum
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
@@ -62,7 +60,7 @@ def test_nodes_that_do_not_suffice_are_noticed(monkeypatch):
 @pytest.mark.parametrize(("rows", "periodic"), [(600, False), (600, True), (48, False)])
 def test_thinned_bins_are_the_same_light(rows, periodic):
     """With a kernel of eight bins, the bins are blurred by 0.6 of the kernel and thinned; the rest of the kernel is
-    applied afterwards. The sum is flat to 6e-4 of an order (see fast.py), and each Gaussian ends at 5.5 sigma. The
+    applied afterwards. The sum is flat to 6e-4 of an order (see series.py), and each Gaussian ends at 5.5 sigma. The
     window of 48 rows has half of the kernel's variance across them."""
     relief = skin(count=600, periodic=periodic, rows=rows)
     bins = 1 / relief.size_m[1]

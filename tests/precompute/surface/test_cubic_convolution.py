@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from precompute.surface.cubic_convolution import read_between
+from precompute.surface.height_map import read_between
 
 
 def quadratic(row, col):

@@ -6,8 +6,8 @@ import re
 import numpy as np
 import pytest
 
-from precompute.surface.description import describe
 from precompute.surface.height_map import HeightMap
+from precompute.surface.quality import describe
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.steps.pipeline import level, parse_steps
 

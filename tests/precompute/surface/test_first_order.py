@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from precompute.surface.first_order import COARSEST_PERIOD_M, FINEST_PERIOD_M, visible_share
+from precompute.surface.periods import COARSEST_PERIOD_M, FINEST_PERIOD_M, visible_share
 
 
 def test_only_periods_of_the_band_diffract_visibly():

@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 from precompute.base.failure import GratingError
 from precompute.maths.chebyshev import bessel_j
 from precompute.spectra.spectrum import FrequencyGrid, scattered_spectrum
-from precompute.surface.description import describe
 from precompute.surface.generated.catalogue import make_grating, surface_of
 from precompute.surface.generated.kinds import KINDS, MEANINGS, PARAMETERS, PERIOD_UNITS
 from precompute.surface.generated.lines import line_starts
 from precompute.surface.generated.parameters import GratingParameters, canonical, parse_grating, text_of
 from precompute.surface.generated.pixels import pixels_of
+from precompute.surface.quality import describe
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import Relief
 from precompute.surface.samples.catalogue import make_sample

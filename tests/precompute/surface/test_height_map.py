@@ -5,9 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from precompute.base.failure import GratingError
-from precompute.surface.height_map import HeightMap
-from precompute.surface.holes import fill_missing
-from precompute.surface.least_squares_plane import level_plane
+from precompute.surface.height_map import HeightMap, fill_missing, level_plane
 
 PIXEL = (10e-9, 20e-9)
 

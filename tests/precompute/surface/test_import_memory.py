@@ -10,8 +10,8 @@ from PIL import Image
 
 _IMPORT = """
 import sys
-from precompute.bake.bake_folder import peak_bytes
-from precompute.surface.description import describe
+from precompute.bake.make import peak_bytes
+from precompute.surface.quality import describe
 from precompute.surface.readers.reader_registry import read_height_map
 before = peak_bytes()
 height_map = read_height_map(sys.argv[1], 200.0, 300.0)

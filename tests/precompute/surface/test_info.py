@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from precompute.surface.description import describe
 from precompute.surface.height_map import HeightMap
+from precompute.surface.quality import describe
 from precompute.surface.readers.reader_registry import read_height_map
 
 KEYS = [

@@ -3,7 +3,7 @@
 
 import pytest
 
-from precompute.surface.readers.named_width import named_width_um
+from precompute.surface.readers.pictures import named_width_um
 
 
 @pytest.mark.parametrize(

@@ -6,9 +6,8 @@ import json
 import numpy as np
 import pytest
 
-from precompute.surface.description import describe
 from precompute.surface.height_map import HeightMap
-from precompute.surface.quality import LIGHTS, Finding, Quality
+from precompute.surface.quality import LIGHTS, Finding, Quality, describe
 from precompute.surface.readers.reader_registry import read_height_map
 
 PIXEL = 50e-9

@@ -13,7 +13,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from precompute.base.failure import GratingError
-from precompute.surface.readers.reader import Reader
 from precompute.surface.readers.reader_registry import (
     READERS,
     described,
@@ -22,6 +21,7 @@ from precompute.surface.readers.reader_registry import (
     read_height_map,
     reader_of,
 )
+from precompute.surface.readers.scan_file import Reader
 from tests.precompute.surface.scan_files import (
     GREY8,
     GREY16,

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from precompute.base.failure import GratingError
-from precompute.surface.least_squares_plane import level_plane
+from precompute.surface.height_map import level_plane
 from precompute.surface.readers.reader_registry import read_height_map, reader_of
 
 TABLE = json.loads((Path(__file__).parent / "oracle.json").read_text())

@@ -3,8 +3,8 @@ import numpy as np
 import pytest
 
 from precompute.base.failure import GratingError
-from precompute.surface.description import describe
-from precompute.surface.least_squares_plane import level_plane
+from precompute.surface.height_map import level_plane
+from precompute.surface.quality import describe
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.samples.catalogue import SAMPLES, make_sample
 from precompute.surface.samples.ruled_gratings import binary, blazed, sinusoidal

@@ -14,7 +14,7 @@ import pytest
 
 from laboratory.benchmarks.hostile import instruments
 from precompute.base.failure import GratingError
-from precompute.surface.readers import x3p_xml
+from precompute.surface.readers import x3p
 from precompute.surface.readers.reader_registry import read_height_map
 from tests.precompute.surface.scan_files import NID_CHANNELS, PIXEL_M, TILTED, nid_bytes
 
@@ -123,7 +123,7 @@ def test_xml_that_nests_deep_is_refused(fails, inner):
 
 
 def test_xml_of_too_many_elements_is_refused(fails, monkeypatch):
-    monkeypatch.setattr(x3p_xml, "_ELEMENTS_MAX", 1000)
+    monkeypatch.setattr(x3p, "_ELEMENTS_MAX", 1000)
     assert "more than 1000 elements" in fails("long.x3p", with_xml(lambda xml: xml.replace(LINK, "<a/>" * 1000)))
 
 

@@ -7,11 +7,10 @@ import pytest
 
 from precompute.bake.sample_draws import make_sample_set
 from precompute.base.failure import GratingError
-from precompute.spectra.fast import fast_series
+from precompute.spectra.series import fast_series
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
-from precompute.table.table import Table
-from precompute.table.tiling import SPACINGS, Cell
+from precompute.table.table import SPACINGS, Cell, Table
 
 S_MAX, GRID_MAX = 2 / 380e-9, 5.6e6
 # Values of s to test: from w = 0.4 at 700 nm to w = 2 at 400 nm.

@@ -13,8 +13,7 @@ import pytest
 from laboratory.benchmarks.hemisphere import mirror_of, without_mirror
 from precompute.bake.ensemble import bake
 from precompute.bake.request import BakeRequest
-from precompute.optics.fresnel import fresnel_reflectance
-from precompute.optics.small_slope import IOR_MAX
+from precompute.optics.brdf import IOR_MAX, fresnel_reflectance
 from precompute.surface.relief import prepare
 from precompute.surface.samples.catalogue import SAMPLES, make_sample
 from precompute.table.radiance import Skin, reflected_xyz, zero_order_reflectance

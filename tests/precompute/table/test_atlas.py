@@ -9,17 +9,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from precompute.bake.resolution import RESOLUTION_MIN
+from precompute.bake.plan import RESOLUTION_MIN
 from precompute.colour.channels import channel_count
 from precompute.optics.brdf import NO_RATIO
 from precompute.table import atlas
-from precompute.table.table import ZERO_ORDER_SAMPLES
-from precompute.table.tiling import (
+from precompute.table.table import (
     BYTES_PER_TEXEL,
     COLUMNS_BESIDE,
     FINE_BYTES,
     SPACINGS,
     TILE_PADDING,
+    ZERO_ORDER_SAMPLES,
     Cell,
     cell_for,
 )

@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 
 from precompute.base.failure import GratingError
 from precompute.check import table_file
-from precompute.reflectance.matter_text import parse
-from precompute.table import atlas, atlas_file
-from precompute.table.atlas_file import FORMAT, HEADER_KEY, read_header
-from precompute.table.tiling import TERMS_MAX
+from precompute.reflectance.matter import parse
+from precompute.table import atlas
+from precompute.table.atlas import FORMAT, HEADER_KEY, read_header
+from precompute.table.table import TERMS_MAX
 
 from .conftest import PROVENANCE, plain_exr, random_bake, refusal
 
@@ -26,19 +26,19 @@ def written(tmp_path):
     """A dielectric's table and its file."""
     table = random_bake()
     path = tmp_path / "table.exr"
-    atlas_file.write_together({path: atlas.pack(table)}, PROVENANCE)
+    atlas.write_together({path: atlas.pack(table)}, PROVENANCE)
     return table, path
 
 
 def test_a_file_comes_back(written):
     table, path = written
-    again, record = atlas_file.read(path)
+    again, record = atlas.read(path)
     image, layout = atlas.pack(table)
     expected = atlas.unpack(image, layout)
     np.testing.assert_array_equal(again.terms, expected.terms)
     np.testing.assert_array_equal(again.zero_order, expected.zero_order)
     assert {key: record[key] for key in PROVENANCE} == PROVENANCE
-    assert record["format"] == atlas_file.FORMAT
+    assert record["format"] == atlas.FORMAT
     assert not read_header(path)[0].holds_reflectance and not again.holds_reflectance
     held = table_file.read_table(path)
     assert held.ratio_ior == 1
@@ -48,10 +48,10 @@ def test_a_file_comes_back(written):
 def test_a_metal_comes_back(tmp_path):
     path = tmp_path / "metal.exr"
     of_gold = PROVENANCE | {"request": {"matter": "gold"}}
-    atlas_file.write_together(
+    atlas.write_together(
         {path: atlas.pack(replace(random_bake(), ratio_ior=parse("gold").ratio_ior, largest_albedo=1.25))}, of_gold
     )
-    again, held = atlas_file.read(path)[0], table_file.read_table(path)
+    again, held = atlas.read(path)[0], table_file.read_table(path)
     assert read_header(path)[0].holds_reflectance and again.ratio_ior == held.ratio_ior == parse("gold").ratio_ior
     assert again.largest_albedo == 1.25
     np.testing.assert_allclose(held.terms, 1.25 * again.terms, rtol=1e-6)
@@ -79,8 +79,8 @@ def test_the_file_is_a_plain_half_float_picture(written):
 def test_writing_replaces_an_older_bake(written):
     _, path = written
     other = random_bake(seed=1)
-    atlas_file.write_together({path: atlas.pack(other)}, PROVENANCE)
-    assert np.abs(atlas_file.read(path)[0].terms - other.terms).max() < 1e-3
+    atlas.write_together({path: atlas.pack(other)}, PROVENANCE)
+    assert np.abs(atlas.read(path)[0].terms - other.terms).max() < 1e-3
     assert os.listdir(path.parent) == ["table.exr"]
 
 
@@ -91,7 +91,7 @@ def test_an_interrupted_write_leaves_nothing(tmp_path, monkeypatch, fault):
 
     monkeypatch.setattr(os, "replace", fail)
     with pytest.raises((KeyboardInterrupt, GratingError)) as caught:
-        atlas_file.write_together({tmp_path / "table.exr": atlas.pack(random_bake())}, PROVENANCE)
+        atlas.write_together({tmp_path / "table.exr": atlas.pack(random_bake())}, PROVENANCE)
     assert os.listdir(tmp_path) == []
     if isinstance(fault, OSError):
         assert str(caught.value).startswith(f"{tmp_path / 'table.exr'}: cannot be written (No space left on device); ")
@@ -106,25 +106,25 @@ def test_an_interrupted_write_keeps_the_older_bake(written, monkeypatch):
 
     monkeypatch.setattr(os, "replace", fail)
     with pytest.raises(GratingError, match="No space left"):
-        atlas_file.write_together({path: atlas.pack(random_bake(seed=1))}, PROVENANCE)
+        atlas.write_together({path: atlas.pack(random_bake(seed=1))}, PROVENANCE)
     assert path.read_bytes() == before
     assert os.listdir(path.parent) == ["table.exr"]
 
 
 def test_a_header_that_would_not_be_read_is_not_written(tmp_path):
     with pytest.raises(GratingError, match="bake fewer scans"):
-        atlas_file.write_together({tmp_path / "table.exr": atlas.pack(random_bake())}, {"source": "s" * (1 << 20)})
+        atlas.write_together({tmp_path / "table.exr": atlas.pack(random_bake())}, {"source": "s" * (1 << 20)})
     assert os.listdir(tmp_path) == []
 
 
 def test_a_place_that_cannot_be_written_is_told(tmp_path):
     """For a read-only folder or a full disc OpenEXR raises a RuntimeError, which no caller expects."""
     with pytest.raises(GratingError, match=r"table\.exr: cannot be written \(No such file or directory\); "):
-        atlas_file.write_together({tmp_path / "not there" / "table.exr": atlas.pack(random_bake())}, PROVENANCE)
+        atlas.write_together({tmp_path / "not there" / "table.exr": atlas.pack(random_bake())}, PROVENANCE)
 
 
 def refused(path):
-    return refusal(path, atlas_file.read, read_header)
+    return refusal(path, atlas.read, read_header)
 
 
 def test_what_is_no_exr_is_refused(tmp_path):
@@ -192,7 +192,7 @@ def test_a_header_that_lies_about_its_picture_is_refused(tmp_path, lie):
     5 used has no seventh."""
     image, layout = atlas.pack(random_bake())
     path = tmp_path / "table.exr"
-    lying = {"format": atlas_file.FORMAT, "layout": {**asdict(layout), **lie}}
+    lying = {"format": atlas.FORMAT, "layout": {**asdict(layout), **lie}}
     plain_exr(path, image[::-1], {HEADER_KEY: json.dumps(lying)})
     refused(path)
 
@@ -202,7 +202,7 @@ def test_a_layout_of_another_picture_is_refused(written, tmp_path):
     image, layout = atlas.pack(written[0])
     path = tmp_path / "other.exr"
     for other in (atlas.layout_of(random_bake(terms=7)), atlas.layout_of(random_bake(levels=2))):
-        record = {"format": atlas_file.FORMAT, "layout": asdict(other)}
+        record = {"format": atlas.FORMAT, "layout": asdict(other)}
         plain_exr(path, image[::-1], {HEADER_KEY: json.dumps(record)})
         assert "not the size" in refused(path)
 
@@ -210,7 +210,7 @@ def test_a_layout_of_another_picture_is_refused(written, tmp_path):
 @pytest.mark.parametrize("precision", ["float32", "float64", 16, True, ["float16"], {}, "float16" * 10**4])
 def test_a_precision_that_the_picture_has_not_is_refused(tmp_path, precision):
     path = tmp_path / "table.exr"
-    atlas_file.write_together({path: atlas.pack(random_bake())}, {"precision": precision})
+    atlas.write_together({path: atlas.pack(random_bake())}, {"precision": precision})
     assert len(refused(path)) < 400
 
 
@@ -220,7 +220,7 @@ def test_a_precision_that_the_picture_has_not_is_refused(tmp_path, precision):
 ])  # fmt: skip
 def test_provenance_of_other_kinds_is_refused(tmp_path, provenance):
     path = tmp_path / "table.exr"
-    atlas_file.write_together({path: atlas.pack(random_bake())}, {**PROVENANCE, **provenance})
+    atlas.write_together({path: atlas.pack(random_bake())}, {**PROVENANCE, **provenance})
     (key,) = provenance
     assert f"its header's {key} is " in refused(path)
 
@@ -231,9 +231,9 @@ def test_a_picture_that_is_no_number_is_refused(written, value):
     table, path = written
     image, layout = atlas.pack(table)
     image[-1, -1, 2] = value
-    atlas_file.write_together({path: (image, layout)}, PROVENANCE)
+    atlas.write_together({path: (image, layout)}, PROVENANCE)
     assert read_header(path)[0] == layout
-    assert "no number" in refusal(path, atlas_file.read, atlas_file.read_sound_header)
+    assert "no number" in refusal(path, atlas.read, atlas.read_sound_header)
 
 
 def test_no_bake_has_more_terms_than_are_read():
@@ -246,20 +246,20 @@ def test_no_bake_has_more_terms_than_are_read():
 @given(st.floats(0.01, 0.99))
 def test_a_truncated_file_is_refused(tmp_path_factory, share):
     path = tmp_path_factory.getbasetemp() / "truncated.exr"
-    atlas_file.write_together({path: atlas.pack(random_bake(terms=6, resolution=16))}, PROVENANCE)
+    atlas.write_together({path: atlas.pack(random_bake(terms=6, resolution=16))}, PROVENANCE)
     whole = path.read_bytes()
     path.write_bytes(whole[: int(share * len(whole))])
     with pytest.raises(GratingError) as caught:
-        atlas_file.read(path)
+        atlas.read(path)
     assert str(caught.value).startswith(f"{path}: ") and "\n" not in str(caught.value)
 
 
 def test_a_picture_of_other_channels_is_refused(tmp_path):
     path = tmp_path / "table.exr"
     image, layout = atlas.pack(random_bake())
-    record = json.dumps({"format": atlas_file.FORMAT, "layout": asdict(layout)})
+    record = json.dumps({"format": atlas.FORMAT, "layout": asdict(layout)})
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage, HEADER_KEY: record}
     with OpenEXR.File(header, {"Y": np.ascontiguousarray(image[..., 0])}) as file:
         file.write(str(path))
     with pytest.raises(GratingError, match="^.*table.exr: "):
-        atlas_file.read(path)
+        atlas.read(path)

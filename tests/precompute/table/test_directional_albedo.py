@@ -6,8 +6,7 @@ import pytest
 
 from laboratory.benchmarks.hemisphere import directional_albedo
 from precompute.colour.observer import white_xyz
-from precompute.optics.brdf import NO_RATIO, RATIO_IOR
-from precompute.optics.fresnel import KERATIN_IOR, fresnel_reflectance
+from precompute.optics.brdf import KERATIN_IOR, NO_RATIO, RATIO_IOR, fresnel_reflectance
 from precompute.table.table import Table
 
 SIGMA_B = 0.02

@@ -14,8 +14,8 @@ from precompute.bake.sample_draws import make_sample_set
 from precompute.base.failure import GratingError
 from precompute.cli import parser
 from precompute.cli.arguments import existing_bake
-from precompute.table import atlas, atlas_file, sample_set
-from precompute.table.atlas_file import HEADER_KEY, write_together
+from precompute.table import atlas, sample_set
+from precompute.table.atlas import HEADER_KEY, write_together
 from precompute.table.sample_set import SampleSet, SampleSetLayout, path_beside, read_header
 from precompute.table.table import Table
 
@@ -26,7 +26,7 @@ from .conftest import PROVENANCE, S_MAX, S_SEEN, SIGMA_B, plain_exr, refusal
 def written(scan, tmp_path):
     found = make_sample_set([scan[0]], SIGMA_B, size=16)
     path = tmp_path / "table.lobes.exr"
-    atlas_file.write_together({path: sample_set.pack(found)}, PROVENANCE)
+    atlas.write_together({path: sample_set.pack(found)}, PROVENANCE)
     return found, path
 
 
@@ -41,7 +41,7 @@ def test_a_file_comes_back(written):
     assert (again.s_max, again.sigma_b) == (pytest.approx(found.s_max), found.sigma_b)
     assert again.blur_q == pytest.approx(found.blur_q)
     assert {key: record[key] for key in PROVENANCE} == PROVENANCE
-    assert record["format"] == atlas_file.FORMAT
+    assert record["format"] == atlas.FORMAT
     assert os.listdir(path.parent) == [path.name]
 
 
@@ -68,7 +68,7 @@ def test_it_may_lie_beside_an_atlas_of_single_floats(scan, tmp_path):
     """Both files hold the same record, which has the atlas's precision. A sample set always has half floats."""
     path = tmp_path / "table.lobes.exr"
     found = make_sample_set([scan[0]], SIGMA_B, size=16)
-    atlas_file.write_together({path: sample_set.pack(found)}, PROVENANCE | {"precision": "float32"})
+    atlas.write_together({path: sample_set.pack(found)}, PROVENANCE | {"precision": "float32"})
     assert sample_set.read_sound_header(path)[1]["precision"] == "float32"
 
 
@@ -115,7 +115,7 @@ def test_what_is_no_sample_set_is_refused(written, tmp_path):
     assert "no such file" in refused(path)
     path.write_bytes(b"")
     assert "not a readable OpenEXR" in refused(path)
-    current = {"format": atlas_file.FORMAT}
+    current = {"format": atlas.FORMAT}
     for record in ([], {}, current, {**current, "layout": {"size": 16}}):
         plain_exr(path, np.zeros((4, 4, 4), np.float16), {HEADER_KEY: json.dumps(record)})
         assert "not a Natural Gratings sample set" in refused(path)
@@ -127,10 +127,10 @@ def test_a_table_is_no_sample_set_nor_the_other_way(written, tmp_path):
     _, path = written
     table = path_beside(tmp_path / "small.exr").with_name("small.exr")
     bake = Table(np.ones((2, 16, 16, 3), np.float32), np.ones((20, 3)), 0.04, 0.3, "D65")
-    atlas_file.write_together({table: atlas.pack(bake)}, PROVENANCE)
+    atlas.write_together({table: atlas.pack(bake)}, PROVENANCE)
     assert "give the .lobes.exr" in refused(table)
     with pytest.raises(GratingError, match="not a Natural Gratings bake"):
-        atlas_file.read(path)
+        atlas.read(path)
 
 
 @pytest.mark.parametrize("lie", [
@@ -141,7 +141,7 @@ def test_a_table_is_no_sample_set_nor_the_other_way(written, tmp_path):
 def test_a_header_that_lies_is_refused(written, tmp_path, lie):
     image, layout = sample_set.pack(written[0])
     path = tmp_path / "lie.lobes.exr"
-    record = json.dumps({"format": atlas_file.FORMAT, "layout": {**asdict(layout), **lie}})
+    record = json.dumps({"format": atlas.FORMAT, "layout": {**asdict(layout), **lie}})
     plain_exr(path, image[::-1], {HEADER_KEY: record})
     with pytest.raises(GratingError) as caught:
         sample_set.read(path)
@@ -177,7 +177,7 @@ def test_a_bake_writes_both(picture, tmp_path, capsys):
         assert facts["files"] == [str(folder / "skin.exr"), str(folder / "skin.lobes.exr")]
         assert sorted(os.listdir(folder)) == ["skin.exr", "skin.lobes.exr"]
         found, record = sample_set.read(folder / "skin.lobes.exr")
-        table, of_table = atlas_file.read(folder / "skin.exr")
+        table, of_table = atlas.read(folder / "skin.exr")
         assert found.sigma_b == table.sigma_b and found.weights(3e6).mean() > 0
         assert {**record, "layout": None} == {**of_table, "layout": None}
     assert existing_bake(str(folder)) == folder / "skin.exr"

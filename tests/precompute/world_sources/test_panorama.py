@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from precompute.world_sources.panorama import crop_cells, crop_frame, inside_crop, panorama_cells
+from precompute.world_sources.sources import crop_cells, crop_frame, inside_crop, panorama_cells
 
 
 def test_the_cells_of_a_panorama_are_the_sphere():

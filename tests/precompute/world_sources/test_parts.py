@@ -2,8 +2,7 @@
 import numpy as np
 import pytest
 
-from precompute.world_sources.panorama import panorama_cells
-from precompute.world_sources.parts import compact_parts
+from precompute.world_sources.sources import compact_parts, panorama_cells
 from tests.precompute.world_sources.worlds import COLS, ROWS, box, direction, disc
 
 CELLS = panorama_cells(ROWS, COLS)

@@ -2,8 +2,7 @@
 import numpy as np
 import pytest
 
-from precompute.world_sources.panorama import crop_cells, panorama_cells
-from precompute.world_sources.refine import fit_closely
+from precompute.world_sources.sources import crop_cells, fit_closely, panorama_cells
 from tests.precompute.world_sources.worlds import COLS, ROWS, direction, disc, picture, sky
 
 FINE = 9

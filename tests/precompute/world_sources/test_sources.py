@@ -4,8 +4,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from precompute.world_sources.panorama import crop_cells, crop_frame, panorama_cells
-from precompute.world_sources.sources import WIDEST, Source, fit_sources, light_of_rest, lit, missed, owners, refit
+from precompute.world_sources.sources import (
+    WIDEST,
+    Source,
+    crop_cells,
+    crop_frame,
+    fit_sources,
+    light_of_rest,
+    lit,
+    missed,
+    owners,
+    panorama_cells,
+    refit,
+)
 from tests.precompute.world_sources.worlds import COLS, ROWS, angles_deg, box, direction, disc, picture, sky
 
 CELLS = panorama_cells(ROWS, COLS)

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from precompute.world_sources.panorama import crop_frame, panorama_cells
+from precompute.world_sources.sources import crop_frame, panorama_cells
 
 ROWS, COLS = 128, 256
 

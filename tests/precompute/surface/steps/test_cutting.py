@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from precompute.base.failure import GratingError
-from precompute.surface.description import describe
+from precompute.surface.quality import describe
 
 from .conftest import wave
 

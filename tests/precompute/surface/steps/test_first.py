@@ -6,8 +6,7 @@ import pytest
 
 from precompute.base.failure import GratingError
 from precompute.surface.height_map import HeightMap
-from precompute.surface.steps.first import first_step
-from precompute.surface.steps.pipeline import KINDS, level
+from precompute.surface.steps.pipeline import KINDS, first_step, level
 
 PIXEL = 50e-9
 WAVES = HeightMap(20e-9 * np.sin(2 * np.pi * np.arange(128) / 16) * np.ones((64, 1)), (PIXEL, PIXEL), "test")

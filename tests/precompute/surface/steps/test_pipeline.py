@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from precompute.base.failure import GratingError
-from precompute.surface.least_squares_plane import level_plane
+from precompute.surface.height_map import level_plane
 from precompute.surface.relief import prepare
 from precompute.surface.steps.pipeline import DEFAULT, KINDS, help_text, level, parse_steps, steps_of
 

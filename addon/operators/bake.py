@@ -1,0 +1,230 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Bakes the active grating in a separate process.
+
+Bakes only the part of the active grating that the scene needs, in a separate process.
+
+Chooses how exact the active grating's bake is.
+
+Makes a material that evaluates one of the thesis's methods, or the bake, in every pixel."""
+
+from pathlib import Path
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, StringProperty
+
+from ...precompute.base.failure import GratingError, printable
+from ..gratings.grating import QUALITIES, active_grating, take_quality
+from .shared import FollowsBake, has_grating, in_object_mode, report_failure, report_lines
+
+
+class BakeGrating(FollowsBake, bpy.types.Operator):
+    """Compute the colours of the active grating for all directions, and measure their error"""
+
+    bl_idname = "grating.bake"
+    bl_label = "Bake Grating"
+    # Not REGISTER: its panel Adjust Last Operation would bake again at each change and block Blender.
+    bl_options = {"UNDO"}
+
+    directory: StringProperty(
+        name="Folder", description="Folder for the bake. Empty: the extension's cache", subtype="DIR_PATH",
+        options={"PATH_SUPPORTS_BLEND_RELATIVE"},
+    )  # fmt: skip
+
+    for_lamps: BoolProperty(
+        name="For These Lamps",
+        description="Bake so that lamps of different spectra light the grating with their own colours: the "
+        "temperatures, LEDs, tubes and lines of the scene's lamps. It takes two to three times the memory",
+        default=False, options={"SKIP_SAVE"},
+    )  # fmt: skip
+
+    @classmethod
+    def description(cls, context, properties):
+        return cls.__annotations__["for_lamps"].keywords["description"] if properties.for_lamps else cls.__doc__
+
+    def execute(self, context):
+        """Bake and wait, for scripts."""
+        from ..workflow.baking import finished_bake
+
+        try:
+            grating = self._grating(context)
+            return self.report_bake(grating, finished_bake(grating, self.directory, request=self._request))
+        except GratingError as error:
+            return report_failure(self, error)
+
+    def invoke(self, context, event):
+        """Start the bake; modal() then follows it."""
+        from ..workflow.baking import start_bake
+
+        try:
+            grating = self._grating(context)
+            job = start_bake(grating, self.directory, request=self._request)
+            return self.follow_bake(context, grating, job)
+        except GratingError as error:
+            return report_failure(self, error)
+
+    def _grating(self, context):
+        """The active grating, with its request prepared."""
+        from ..workflow.baking import light_of_scene
+
+        grating = active_grating(context.scene)
+        if self.for_lamps:
+            grating.illuminant = light_of_scene(context.scene)
+        self._request = grating.bake_request()
+        return grating
+
+    def record(self, grating, facts):
+        from ..workflow.baking import record_bake
+
+        record_bake(grating, facts, self._request)
+        return []
+
+
+class BakeNeeds(FollowsBake, bpy.types.Operator):
+    """Bake only the directions of the active grating that the scene's camera sees, over all frames if something moves.
+    It stops early if that saves little memory. A single undo restores the former bake"""
+
+    bl_idname = "grating.needs"
+    bl_label = "Bake for This Scene"
+    # Not REGISTER: its panel Adjust Last Operation would bake again at each change and block Blender.
+    bl_options = {"UNDO"}
+
+    everything: BoolProperty(
+        name="All Directions",
+        description="Bake every direction again, not only those that the scene shows",
+        default=False,
+    )
+
+    @classmethod
+    def poll(cls, context):
+        return in_object_mode(cls, context) and super().poll(context)
+
+    @classmethod
+    def description(cls, context, properties):
+        return cls.__annotations__["everything"].keywords["description"] if properties.everything else cls.__doc__
+
+    def execute(self, context):
+        """Measure, bake and wait, for scripts."""
+        from ..workflow.baking import finished_bake
+
+        try:
+            if (grating := self._measure(context)) is None:
+                return {"CANCELLED"}
+            return self.report_bake(grating, finished_bake(grating, request=self._request))
+        except GratingError as error:
+            return report_failure(self, error)
+
+    def invoke(self, context, event):
+        """Measure, and start the bake; modal() then follows it."""
+        from ..workflow.baking import start_bake
+
+        try:
+            if (grating := self._measure(context)) is None:
+                return {"CANCELLED"}
+            return self.follow_bake(context, grating, start_bake(grating, request=self._request))
+        except GratingError as error:
+            return report_failure(self, error)
+
+    def record(self, grating, facts):
+        from ..workflow.baking import record_bake
+        from ..workflow.finding_bakes import notice_outside
+        from ..workflow.measuring_needs import no_smaller
+
+        if not self.everything and (failure := no_smaller(grating, facts)):
+            raise failure
+        record_bake(grating, facts, self._request, taken_over=True)
+        return [*self._lines, *notice_outside(bpy.context.scene)]
+
+    def _measure(self, context):
+        """Measure the needs and prepare the request. Returns the grating, or None if there is nothing to gain."""
+        from ...precompute.bake.needs import EVERYTHING
+        from ..workflow.measuring_needs import measure_needs, request_with
+
+        grating = active_grating(context.scene)
+        needs, self._lines = EVERYTHING, []
+        if not self.everything:
+            measured = measure_needs(context.scene, grating)
+            found, *self._lines = measured.lines
+            self.report({"INFO"}, printable(found))
+            if measured.pointless:
+                self.report({"WARNING"}, printable(measured.pointless))
+                return None
+            needs = measured.needs
+        self._request = request_with(grating, needs)
+        return grating
+
+
+class ChooseQuality(bpy.types.Operator):
+    """Choose how exact the next bake is"""
+
+    bl_idname = "grating.choose_quality"
+    bl_label = "Quality"
+    bl_options = {"REGISTER", "UNDO"}
+
+    quality: EnumProperty(
+        name="Quality", description="How exact the bake is", items=[(q.name, q.label, q.tooltip) for q in QUALITIES]
+    )
+
+    @classmethod
+    def description(cls, context, properties):
+        return next(q.tooltip for q in QUALITIES if q.name == properties.quality)
+
+    @classmethod
+    def poll(cls, context):
+        return has_grating(cls, context)
+
+    def execute(self, context):
+        take_quality(active_grating(context.scene), self.quality)
+        return {"FINISHED"}
+
+
+_DIRECT = "DIRECT"
+_METHODS = (
+    ("FLSS", "FLSS", "Every wavelength, with a Taylor series of the relief (thesis Algorithm 3)"),
+    ("CHEBYSHEV", "Chebyshev", "Every wavelength, with a Chebyshev series: for reliefs too deep for a Taylor series"),
+    ("NMM", "NMM", "Only the wavelengths that the grating equation selects (thesis 4.3)"),
+    ("PQ", "PQ", "The scan repeated as tiles (thesis Algorithm 5)"),
+    (_DIRECT, "Direct", "The add-on's own table, read by a shader. The fastest method. Bake the grating first"),
+)
+
+
+class NewOslReference(bpy.types.Operator):
+    """Make a slow material for comparisons, whose shader evaluates a method of the thesis, or the bake, in every
+    pixel"""
+
+    bl_idname = "grating.osl_reference"
+    bl_label = "New OSL Reference Material"
+    bl_options = {"REGISTER", "UNDO"}
+
+    method: EnumProperty(name="Method", description="What the shader evaluates", items=_METHODS, default="FLSS")
+    filepath: StringProperty(
+        name="File",
+        description="Existing file of Fourier transforms, or for Direct a bake. Empty: make it from the active grating",
+        subtype="FILE_PATH",
+    )
+
+    @classmethod
+    def poll(cls, context):
+        from ..materials.osl.script import missing_for_osl
+
+        missing = missing_for_osl(context.scene)
+        if missing:
+            cls.poll_message_set(missing[0].upper() + missing[1:])
+        return not missing
+
+    def invoke(self, context, event):
+        return context.window_manager.invoke_props_dialog(self)
+
+    def execute(self, context):
+        try:
+            material = self._make(context.scene)
+        except GratingError as error:
+            return report_failure(self, error)
+        return report_lines(self, [f"{material.name}: assign it to a mesh"])
+
+    def _make(self, scene: bpy.types.Scene) -> bpy.types.Material:
+        from ..workflow.making_osl_references import reference_from_bake, reference_from_images, write_images
+
+        file = Path(bpy.path.abspath(self.filepath)) if self.filepath else None
+        if self.method == _DIRECT:
+            return reference_from_bake(scene, file or active_grating(scene).baked_file())
+        return reference_from_images(scene, file or write_images(active_grating(scene), self.method.lower()))

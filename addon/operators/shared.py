@@ -1,0 +1,300 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Conditions of the operators' buttons. If one is not met, the disabled button's tooltip says what is missing.
+
+Reporting to an artist, in the words of Blender's interface.
+
+The base class of the operators that work on the selected meshes.
+
+The base class of the operators that work in a separate process. A bar in the panel and in the status bar shows how
+far it is. The cross beside it cancels, or Esc where the work was begun.
+
+The base class of the operators that bake the active grating. Only one of them runs at a time."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol, cast
+
+import bpy
+from bpy.props import StringProperty
+
+from ...precompute.base.failure import GratingError, printable
+from ..blender.guard import guarded_draw, guarded_modal
+from ..gratings.grating import unused_name
+from ..gratings.wording import in_one_line, in_words, translated
+
+if TYPE_CHECKING:
+    from ..gratings.grating import Grating
+    from ..jobs.child import Job
+
+
+Operator = type[bpy.types.Operator]
+# The base of classes that only operators inherit. Only the type checker sees it as an operator, because Blender
+# registers the classes that inherit it.
+if TYPE_CHECKING:
+    OperatorMixin = bpy.types.Operator
+else:
+    OperatorMixin = object
+
+
+def in_object_mode(operator: Operator, context: bpy.types.Context) -> bool:
+    """Whether Blender is in Object Mode. In Edit Mode a mesh's faces and UV maps cannot be read."""
+    if context.mode != "OBJECT":
+        operator.poll_message_set("Switch to Object Mode first")
+        return False
+    return True
+
+
+def has_grating(operator: Operator, context: bpy.types.Context) -> bool:
+    """Whether the scene has an active grating."""
+    if context.scene.natural_gratings.active() is None:
+        operator.poll_message_set("Add a grating first: import a scan, or choose a preset")
+        return False
+    return True
+
+
+def has_bake(operator: Operator, context: bpy.types.Context) -> bool:
+    """Whether the active grating is baked."""
+    if not has_grating(operator, context):
+        return False
+    if not context.scene.natural_gratings.active().bake_path:
+        operator.poll_message_set("Bake the grating first")
+        return False
+    return True
+
+
+def has_active_mesh(operator: Operator, context: bpy.types.Context) -> bool:
+    """Whether the active object is a mesh."""
+    if context.active_object is None or context.active_object.type != "MESH":
+        operator.poll_message_set("Make a mesh the active object first")
+        return False
+    return True
+
+
+def has_selected_mesh(operator: Operator, context: bpy.types.Context) -> bool:
+    """Whether a mesh is among the selected objects."""
+    if not any(o.type == "MESH" for o in context.selected_objects):
+        from ..workflow.chosen_meshes import no_meshes
+
+        operator.poll_message_set("; ".join(no_meshes(context.selected_objects)) or "Select a mesh first")
+        return False
+    return True
+
+
+def report_failure(operator: bpy.types.Operator, error: GratingError) -> set[str]:
+    """Report an error to the artist. Returns what the operator's execute() returns then."""
+    operator.report({"ERROR"}, in_words(error))
+    return {"CANCELLED"}
+
+
+def report_added(operator: bpy.types.Operator, add: Callable[[], Sequence[str]]) -> set[str]:
+    """Add gratings by `add`, and report its line for each, or its GratingError. Returns what execute() returns then."""
+    try:
+        lines = add()
+    except GratingError as error:
+        return report_failure(operator, error)
+    for line in lines:
+        operator.report({"INFO"}, printable(line))
+    return {"FINISHED"}
+
+
+def report_lines(operator: bpy.types.Operator, lines: Sequence[GratingError | str]) -> set[str]:
+    """Report what was done, the first line, and warnings, the others. Returns what execute() returns then."""
+    for line in lines[:1]:
+        operator.report({"INFO"}, in_words(line))
+    for line in lines[1:]:
+        operator.report({"WARNING"}, in_words(line))
+    return {"FINISHED"}
+
+
+class OnSelectedMeshes(OperatorMixin):
+    """An operator that puts a grating on the selected meshes. A subclass adds `put`."""
+
+    def put(self, scene: bpy.types.Scene, things: list[bpy.types.Object]) -> list[str]:
+        """For subclasses: put the grating on the meshes among the objects. Returns lines to report. Raises
+        GratingError."""
+        raise NotImplementedError
+
+    @classmethod
+    def poll(cls, context):
+        return in_object_mode(cls, context) and has_bake(cls, context) and has_selected_mesh(cls, context)
+
+    def execute(self, context):
+        try:
+            return report_lines(self, self.put(context.scene, context.selected_objects))
+        except GratingError as error:
+            return report_failure(self, error)
+
+
+_POLL_SECONDS = 0.2
+
+
+class FollowedJob(Protocol):
+    """What an operator needs of a job, such as a process."""
+
+    @property
+    def running(self) -> bool: ...
+    def progress(self) -> tuple[str, float]:
+        """What it does, and the share that is done."""
+        ...
+
+    def cancel(self) -> None: ...
+
+
+class FollowsJob(OperatorMixin):
+    """An operator that follows a job until it ends. A subclass adds `finish`."""
+
+    # The running job, if any. The panel shows it; disabling the extension stops it.
+    job = cast(FollowedJob | None, None)
+
+    @classmethod
+    def stop(cls) -> None:
+        """Cancel the running job, if any."""
+        job, cls.job = cls.job, None
+        if job is not None:
+            job.cancel()
+
+    def follow(self, context, job: FollowedJob, doing: str) -> set[str]:
+        """Make Blender call modal() while the job runs. `doing` names it."""
+        type(self).job, self._doing = job, doing
+        self._timer = context.window_manager.event_timer_add(_POLL_SECONDS, window=context.window)
+        context.window_manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    @guarded_modal
+    def modal(self, context, event):
+        cls = type(self)
+        if cls.job is None or _is_meant(context, event):
+            self.cancel(context)
+            self.report({"INFO"}, f"{self._doing}: cancelled; nothing was changed")
+            return {"CANCELLED"}
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        if cls.job.running:
+            context.workspace.status_text_set(_draw_status)
+            redraw_views(context)
+            return {"PASS_THROUGH"}
+        job, cls.job = cls.job, None
+        self._end_modal(context)
+        return self.finish(job)
+
+    def finish(self, job: Any) -> set[str]:
+        """Use the job that has ended; for subclasses. Returns what execute() returns."""
+        raise NotImplementedError
+
+    def cancel(self, context):
+        """Stop the job. Blender also calls this when it opens another file or quits."""
+        self._end_modal(context)
+        self.stop()
+
+    def _end_modal(self, context) -> None:
+        context.window_manager.event_timer_remove(self._timer)
+        context.workspace.status_text_set(None)
+        redraw_views(context)
+
+
+class CancelJob(bpy.types.Operator):
+    """Cancel this work. Nothing is changed. Esc cancels it too, over the area in which it was begun"""
+
+    bl_idname = "grating.cancel"
+    bl_label = "Cancel"
+    bl_options = {"INTERNAL"}
+
+    follower: StringProperty(name="Operator", description="The operator whose work is cancelled")
+
+    def execute(self, context):
+        for follower in followers():
+            if follower.bl_idname == self.follower:
+                follower.stop()
+        return {"FINISHED"}
+
+
+def followers() -> list[type[FollowsJob]]:
+    """The classes of the operators that follow a job."""
+    found: list[type[FollowsJob]] = [FollowsJob]
+    for each in found:
+        found += each.__subclasses__()
+    return [each for each in found if hasattr(each, "bl_idname")]
+
+
+def draw_progress(layout, follower: type[FollowsJob]) -> None:
+    """Draw how far an operator's running job is, and the cross that cancels it."""
+    if follower.job is None:
+        return
+    stage, fraction = follower.job.progress()
+    row = layout.row(align=True)
+    row.progress(factor=fraction, text=translated(stage))
+    row.operator(CancelJob.bl_idname, text="", icon="X").follower = follower.bl_idname
+
+
+@guarded_draw
+def _draw_status(header, _context) -> None:
+    """Draw the status bar while jobs run."""
+    for follower in followers():
+        draw_progress(header.layout, follower)
+
+
+def _is_meant(context, event) -> bool:
+    """Whether an event is a press of Esc over the area in which the work was begun. Other areas, the release of a key
+    that has cancelled something else, and a playing animation have another use for it."""
+    area = context.area
+    if (event.type, event.value) != ("ESC", "PRESS") or area is None or context.screen.is_animation_playing:
+        return False
+    return 0 <= event.mouse_x - area.x < area.width and 0 <= event.mouse_y - area.y < area.height
+
+
+def redraw_views(context) -> None:
+    """Redraw all 3D views and their panels."""
+    for window in context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                area.tag_redraw()
+
+
+class FollowsBake(FollowsJob):
+    """An operator that follows a bake of a grating. A subclass adds `record`."""
+
+    @classmethod
+    def poll(cls, context):
+        if running_bake() is not None:
+            cls.poll_message_set("Wait until the running bake ends, or cancel it")
+            return False
+        return has_grating(cls, context)
+
+    def follow_bake(self, context, grating: "Grating", job: "Job") -> set[str]:
+        """Let Blender call modal() while a grating's bake runs."""
+        # Keep names, because an undo during the bake may free the grating. Two gratings may have the same name, so make
+        # this one unique.
+        grating.name = unused_name(grating.name, {g.name for g in context.scene.natural_gratings.items if g != grating})
+        self._name, self._scene = grating.name, context.scene.name
+        return self.follow(context, job, f"Baking {grating.name}")
+
+    def finish(self, job: "Job") -> set[str]:
+        """Record the bake."""
+        try:
+            facts = job.result()
+            scene = bpy.data.scenes.get(self._scene)
+            grating = scene and scene.natural_gratings.items.get(self._name)
+            if not grating:
+                file = Path(facts["files"][0]).name
+                raise GratingError(
+                    self._name, "no longer in the scene", f"its bake {file} is kept, and baking the scan again is quick"
+                )
+            return self.report_bake(grating, facts)
+        except GratingError as error:
+            return report_failure(self, error)
+
+    def record(self, grating: "Grating", facts: dict[str, Any]) -> Sequence[str]:
+        """Record a finished bake; for subclasses. Returns lines to report. Raises GratingError."""
+        raise NotImplementedError
+
+    def report_bake(self, grating: "Grating", facts: dict[str, Any]) -> set[str]:
+        """Record a finished bake and report it, as execute() does. Raises GratingError as `record` does."""
+        from ..workflow.baking import warnings_of
+
+        more = self.record(grating, facts)
+        return report_lines(self, [f"{grating.name}: {in_one_line(grating.bake_summary)}", *warnings_of(facts), *more])
+
+
+def running_bake() -> type[FollowsBake] | None:
+    """The operator whose bake is running."""
+    return next((operator for operator in FollowsBake.__subclasses__() if operator.job is not None), None)
