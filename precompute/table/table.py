@@ -6,7 +6,8 @@
 (u, v, w) = wi + wr is the sum of the unit vectors to the light and to the viewer. Z is the colour of the zero order,
 the mirror image, and the kernel is the Gaussian by which coherence blurs it. T_j is the Chebyshev polynomial of degree
 j, and t runs from -1 to 1 over the table's range of w. The f_k are functions learnt from the surface
-(bake/levels_and_basis.py), or the polynomials themselves. The B_k are the tiles. docs/theory.md explains the series in "Expansions" and "The bake".
+(bake/levels_and_basis.py), or the polynomials themselves. The B_k are the tiles. docs/theory.md explains the series in
+"Expansions" and "The bake".
 
 A table for lamps of several spectra has more channels than X, Y and Z (colour/channels.py), which come first. What
 reads the table reads XYZ, except `under` and `channels_over_w2`.
