@@ -6,7 +6,7 @@ Enabling the extension loads only what registration needs. Operators and command
 
 import bpy
 
-from .gratings import bakes, grating, levelling_steps, material_look
+from .gratings import bakes, grating, levelling_steps, material_look, replaced_material
 from .lamps import lamp_spectrum
 from .operators import (
     add_diffraction,
@@ -54,6 +54,7 @@ CLASSES = (
     material_look.MaterialLook,
     grating.Grating,
     grating.SceneGratings,
+    replaced_material.ReplacedMaterial,
     shared.CancelJob,
     import_height_map.ImportHeightMap,
     import_height_map.DropHeightMap,
@@ -135,7 +136,9 @@ def register() -> None:
             cls.bl_description = " ".join(cls.__doc__.split())  # type: ignore[union-attr]  # the stubs lack it
         bpy.utils.register_class(cls)
     bpy.types.Scene.natural_gratings = bpy.props.PointerProperty(type=grating.SceneGratings)  # type: ignore[func-returns-value]  # the stubs say it returns None
+    setattr(bpy.types.Object, replaced_material.REPLACED, replaced_material.replaced_field())
     setattr(bpy.types.Light, lamp_spectrum.FIELD, lamp_spectrum.spectrum_field())
+    setattr(bpy.types.Light, lamp_spectrum.SHOWN, lamp_spectrum.shown_field())
     setattr(bpy.types.WindowManager, preset_pictures.CHOSEN, preset_pictures.chosen_preset())
     setattr(bpy.types.WindowManager, folds.FOLDS, bpy.props.PointerProperty(type=folds.Folds))  # type: ignore[func-returns-value]  # as above
     bpy.types.TOPBAR_MT_file_import.append(import_height_map.menu_entry)
@@ -170,10 +173,13 @@ def unregister() -> None:
     bpy.types.VIEW3D_MT_light_add.remove(light.menu_entry)
     bpy.types.TOPBAR_MT_file_import.remove(load_bake.menu_entry)
     bpy.types.TOPBAR_MT_file_import.remove(import_height_map.menu_entry)
+    delattr(bpy.types.Light, lamp_spectrum.SHOWN)
     delattr(bpy.types.Light, lamp_spectrum.FIELD)
+    delattr(bpy.types.Object, replaced_material.REPLACED)
     delattr(bpy.types.WindowManager, folds.FOLDS)
     delattr(bpy.types.WindowManager, preset_pictures.CHOSEN)
     preset_pictures.forget_pictures()
+    folds.forget_folds()
     del bpy.types.Scene.natural_gratings
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

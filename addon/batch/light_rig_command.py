@@ -10,7 +10,7 @@ from ...precompute.cli.arguments import number
 from ..lamps.light_rig import SUN
 from ..operators.light import KINDS
 from ..workflow.adding_diffraction_lamps import shows_grating
-from ..workflow.light_rigs import Rig, add_light_rig, carriers
+from ..workflow.adding_light_rigs import Rig, add_light_rig, carriers
 from .chosen import add_objects, add_save, chosen_meshes, save
 
 

@@ -185,7 +185,7 @@ class AddLightRig(bpy.types.Operator):
         return done
 
     def execute(self, context):
-        from ..workflow.light_rigs import Rig, add_light_rig, carriers
+        from ..workflow.adding_light_rigs import Rig, add_light_rig, carriers
 
         scene = context.scene
         try:

@@ -37,6 +37,7 @@ from ..operators.bake import BakeGrating
 from ..operators.direction import ChooseDirection
 from ..operators.light import AddLightRig
 from ..operators.mend import MendMaterials
+from ..operators.shared import selected_meshes
 from ..operators.why_black import MendCause
 from ..workflow.fitting_worlds import world_is_animated, world_is_fitted
 
@@ -97,7 +98,7 @@ class GratingFacts:
     fault      why they cannot be told; else None
     outdated   why it should be baked again; empty if its settings are those of its bake
     objects    a line with the objects that show it; empty without a material
-    is_shown   whether an object shows it
+    shown_on   how many objects show it
     variation  how it varies over the surface
     hologram   the patterns of holograms in its materials
     crowded    a line if EEVEE has no room for all lamps or sources
@@ -109,7 +110,7 @@ class GratingFacts:
     fault: GratingError | None = None
     outdated: str = ""
     objects: str = ""
-    is_shown: bool = False
+    shown_on: int = 0
     variation: str = ""
     hologram: str = "None"
     crowded: tuple[str, ...] = ()
@@ -284,7 +285,7 @@ def _of_grating(grating: Grating, scene: bpy.types.Scene) -> GratingFacts:
         fault=fault,
         outdated=_outdated(grating),
         objects=on_objects(objects),
-        is_shown=bool(objects),
+        shown_on=len(objects),
         variation=variation_of(group).summary,
         hologram=hologram_summary(group),
         crowded=tuple(crowded(group)),
@@ -308,7 +309,7 @@ def _outdated(grating: Grating) -> str:
 
 SURFACE, LOOK, LIGHT, QUALITY = marked("Surface"), marked("Look"), marked("Light"), marked("Quality")
 # The states of a step.
-DONE, NOW, LATER = STATES = "done", "now", "later"
+DONE, NOW, LATER = "done", "now", "later"
 
 
 @dataclass(frozen=True)
@@ -330,9 +331,10 @@ def next_step(context: bpy.types.Context, grating: Grating, facts: Facts) -> Nex
     if facts.grating.outdated and not grating.source:
         return Next(SURFACE, f"{facts.grating.outdated}. Load it again, or import the height map")
     if facts.grating.outdated:
-        return Next(SURFACE, facts.grating.outdated, BakeGrating.bl_idname, text="Bake Again", icon="RENDER_STILL")
-    if not facts.grating.is_shown:
-        chosen = [thing for thing in context.selected_objects if thing.type == "MESH"]
+        step = QUALITY if facts.grating.shown_on else SURFACE  # what is shown stays done
+        return Next(step, facts.grating.outdated, BakeGrating.bl_idname, text="Bake Again", icon="RENDER_STILL")
+    if not facts.grating.shown_on:
+        chosen = selected_meshes(context)
         if not chosen:
             return Next(LOOK, "Select a mesh in the 3D view. It will show the grating")
         source = grating.frame_source()
@@ -365,8 +367,8 @@ def is_lit(grating: Grating, facts: Facts) -> bool:
 
 
 def state_of(step: str, following: Next | None) -> str:
-    """The state of a step, given what to do next. Quality is never what to do next, so it stays folded."""
-    order = (SURFACE, LOOK, LIGHT)
+    """The state of a step, given what to do next. Quality has no end, so it is never done."""
+    order = (SURFACE, LOOK, LIGHT, QUALITY)
     if step == QUALITY:
         return LATER
     if following is None or order.index(step) < order.index(following.step):

@@ -4,11 +4,10 @@
 from ..blender import compat
 from ..gratings.grating import ALL, DAYLIGHT, LAMPS_ONLY, LIGHTS, REST
 from ..gratings.wording import in_words, marked, translated
-from ..lamps.lamp_spectrum import FIELD, fault_of, seen_spectrum
+from ..lamps.lamp_spectrum import SHOWN, fault_of
 from ..operators.bake import BakeGrating
-from ..operators.light import AddDiffractionLamp, AddLightRig, AddSkySun, ChooseLights, CountLamp, FitFrames, FitWorld
+from ..operators.light import AddDiffractionLamp, AddSkySun, ChooseLights, CountLamp, FitFrames, FitWorld
 from ..operators.mend import MendMaterials
-from ..operators.why_black import WhyBlack
 from ..workflow.fitting_worlds import is_fitting, last_failure
 from .facts import ANIMATED, NOT_FITTED, Facts, LampFact, SceneFacts
 from .notes import draw_note
@@ -28,9 +27,7 @@ def draw_light(layout, context, grating, *, facts: Facts) -> None:
     """Draw what lights a grating, and what is wrong with it."""
     scene = facts.scene
     lights = grating.lit_by
-    row = layout.row(align=True)
-    row.operator_menu_enum(AddLightRig.bl_idname, "kind", text=AddLightRig.bl_label, icon="OUTLINER_OB_LIGHT")
-    row.operator(AddDiffractionLamp.bl_idname, text="", icon="LIGHT_AREA")
+    layout.operator(AddDiffractionLamp.bl_idname, icon="LIGHT_AREA")
     chosen = next(label for name, label, _ in LIGHTS if name == lights)
     row = layout.row()
     row.label(text="Lit by")
@@ -68,7 +65,6 @@ def draw_light(layout, context, grating, *, facts: Facts) -> None:
     if not compat.HAS_RAYCAST:
         shade = "Before Blender 5.1, objects cast shadows on diffraction only in Cycles with Open Shading Language on."
         draw_note(note, context, shade)
-    layout.operator(WhyBlack.bl_idname, icon="QUESTION")
 
 
 def draw_warnings(layout, context, facts: Facts) -> None:
@@ -105,8 +101,8 @@ def _draw_lamp(column, context, lamp: LampFact, *, counts: bool, can_choose: boo
 
 
 def draw_spectrum(row, light) -> None:
-    """Draw the field of a lamp's spectrum. An empty field shows the spectrum that the lamp has."""
-    row.prop(light, FIELD, text="", placeholder=seen_spectrum(light) or DAYLIGHT)
+    """Draw the field of a lamp's spectrum."""
+    row.prop(light, SHOWN, text="", placeholder=DAYLIGHT)
 
 
 def draw_fault(column, context, light) -> None:

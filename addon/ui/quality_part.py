@@ -6,7 +6,7 @@ from ..gratings.wording import translated
 from ..operators.bake import BakeGrating, BakeNeeds, ChooseQuality
 from ..operators.shared import running_bake
 from .folds import DETAILS, folds
-from .notes import draw_facts
+from .notes import draw_facts, side_by_side
 
 
 def draw_quality(layout, context, grating) -> None:
@@ -24,7 +24,7 @@ def draw_quality(layout, context, grating) -> None:
             row.operator(BakeNeeds.bl_idname, text="For Camera", icon="CAMERA_DATA")
             if grating.for_scene:
                 row.operator(BakeNeeds.bl_idname, text="", icon="X").everything = True
-    row = layout.row()
+    row = side_by_side(layout)
     row.prop(grating, "footprint")
     row.prop(grating, "shadows")
     row.prop(grating, "every_lamp")

@@ -11,7 +11,8 @@ from typing import Any
 
 import bpy
 
-from ...precompute.base.failure import GratingError, printable
+from ...precompute.base.failure import GratingError
+from ...precompute.surface.generated.parameters import title_of_stem
 from ...precompute.table.atlas import read_header
 from ..gratings.bakes import note_region
 from ..gratings.grating import ATTRIBUTE, LAMPS_ONLY, NO_SAMPLE_SET, REST, Grating, Variation
@@ -148,7 +149,7 @@ def lamps_alone(grating: Grating) -> list[str]:
 
 def new_diffraction_group(path: Path, shadows: bool = True, lights: str = REST) -> bpy.types.NodeTree:
     """A new Diffraction group from a bake's file. Raises GratingError if the file is not a bake."""
-    return group_around(printable(path.stem), response_of(path), shadows=shadows, lights=lights)
+    return group_around(title_of_stem(path.stem), response_of(path), shadows=shadows, lights=lights)
 
 
 def response_of(path: Path) -> Response:

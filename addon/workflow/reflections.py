@@ -13,7 +13,7 @@ from ..lamps.find import lamps_of
 from ..lamps.light_rig import RigLamp, is_of_rig
 from ..materials.material import shown_by
 from ..worlds.world_light import world_light
-from .light_rigs import Lit
+from .rig_places import Lit
 
 # The radiance from which on an even world shows a metal's colour.
 _BRIGHT = 0.25

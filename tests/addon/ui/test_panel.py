@@ -11,7 +11,8 @@ from tests.addon.layout import Layout, context_of
 
 @pytest.fixture
 def panel(addon):
-    """Draws the panel; returns the layout."""
+    """Draws the panel of a new session; returns the layout."""
+    addon.folds.forget_folds()
 
     def draw(folded=True, **context):
         layout = Layout(folded)
@@ -101,6 +102,21 @@ def test_only_the_present_step_is_open(scene, grating, panel):
     assert [label.partition(":")[0] for label in ticks] == ["Surface"]
 
 
+def test_no_step_folds_by_itself_and_the_presets_stay(scene, grating, panel):
+    """What folds under the pointer moves all buttons below it."""
+    open_steps = {"grating.new_material", "grating.comb"}
+    assert open_steps <= set(panel().operators)
+    bpy.ops.grating.assign()
+    layout = panel()
+    assert open_steps <= set(layout.operators) and layout.operators.count("grating.light_rig") == 2
+    grating.source, grating.asked = "sample:cd", "other settings"
+    layout = panel()
+    assert "grating.bake" in layout.operators and open_steps <= set(layout.operators)
+    layout = panel(folded=False)
+    assert {"grating.show_me", "grating.add_preset", "grating.make_assets"} <= set(layout.operators)
+    assert layout.operators.count("grating.why_black") == 1 and layout.operators.count("grating.light_rig") == 2
+
+
 def test_all_steps_can_be_opened(scene, scan, panel):
     bpy.ops.grating.import_height_map(filepath=str(scan), size_um=4, height_nm=100)
     for matter in ("DIELECTRIC", "GOLD", "LAYERS"):
@@ -112,6 +128,14 @@ def test_all_steps_can_be_opened(scene, scan, panel):
     layout = panel(folded=False)
     assert {"grating.lights", "grating.why_black", "grating.needs"} <= set(layout.operators)
     assert layout.props.count("default_value") >= 4  # the dials of the material
+
+
+def test_long_names_are_wrapped(scene, grating, panel):
+    """At the width of 200 pixels that a new sidebar has, a line has 22 letters."""
+    bpy.context.active_object.name = "A plane with a name longer than a line"
+    bpy.ops.grating.assign()
+    labels = [label for label in panel(folded=False, region=SimpleNamespace(width=200)).labels if "with a" in label]
+    assert labels and all(len(label) <= 22 for label in labels)
 
 
 def test_a_surface_tells_its_period_in_lines(scene, scan, panel):

@@ -1,7 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Adding a light rig: lamps at the places from which the camera sees the most of a grating's colours.
-
-What a light rig lights, and the directions of lamps that the camera alone decides."""
+"""Adding a light rig: lamps at the places from which the camera sees the most of a grating's colours."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -25,7 +23,7 @@ from ...precompute.table.atlas import read
 from ...precompute.table.radiance import Skin, lamp_radiance
 from ...precompute.table.table import Table
 from ..cameras.camera_look import skin_of
-from ..cameras.seen_surfaces import Pixels, Places, boxes_with_gratings, rays_that_hit, seen_by, seen_from
+from ..cameras.seen_surfaces import Pixels, boxes_with_gratings, rays_that_hit, seen_by, seen_from
 from ..gratings.grating import LAMPS_ONLY
 from ..lamps.light_rig import FLASH, GRID, ORDERS, POINTS, STUDIO, SUN, WINDOW, RigLamp, replace_rig
 from ..materials.group_properties import lights_of, variation_of
@@ -34,59 +32,7 @@ from .adding_diffraction_lamps import shows_grating
 from .finding_bakes import bake_of, bake_shown_by
 from .lighting import update_lamps
 from .reflections import cards, lacks_reflections
-
-# The angle between a flash and the camera's lens, seen from the middle.
-_BESIDE_LENS = math.radians(8)
-
-
-@dataclass(frozen=True)
-class Lit:
-    """What a rig lights: places that the camera sees, their middle in world space, and the radius of their objects."""
-
-    places: list[Places]
-    middle: np.ndarray
-    radius: float
-
-
-def to_view(lit: Lit) -> np.ndarray:
-    """The unit vector (3,) from the middle to the viewer."""
-    mean = np.concatenate([each.to_view for each in lit.places]).mean(axis=0)
-    return mean / max(np.linalg.norm(mean), 1e-9)
-
-
-def beside_camera(pixels: Pixels, lit: Lit, key: np.ndarray) -> np.ndarray:
-    """The direction of a fill: from above the camera and beside it, on the side away from the key."""
-    side = -1.0 if key @ pixels.right > 0 else 1.0
-    return above_floor(to_view(lit) + 0.4 * side * pixels.right + 0.3 * pixels.up)
-
-
-def across(pixels: Pixels, lit: Lit, key: np.ndarray) -> np.ndarray:
-    """The direction of a bounce: the key's, mirrored to the other side of the picture, at least 40 degrees from its
-    middle."""
-    sideways = key @ pixels.right
-    side = -1.0 if sideways > 0 else 1.0
-    level = key - sideways * pixels.right
-    level = level / max(np.linalg.norm(level), 1e-9)
-    least = math.sin(math.radians(40))
-    sideways = max(abs(sideways), least)
-    return above_floor(side * sideways * pixels.right + math.sqrt(max(1 - sideways**2, 0.0)) * level)
-
-
-def beside_lens(pixels: Pixels, lit: Lit) -> np.ndarray:
-    """The directions (3, 3) of a flash to the right of the lens, to its left and above it."""
-    axis = to_view(lit)
-    sides = np.stack([pixels.right, -pixels.right, pixels.up])
-    sides = sides - (sides @ axis)[:, None] * axis
-    sides = sides / np.maximum(np.linalg.norm(sides, axis=1, keepdims=True), 1e-9)
-    return math.cos(_BESIDE_LENS) * axis + math.sin(_BESIDE_LENS) * sides
-
-
-def above_floor(direction: np.ndarray) -> np.ndarray:
-    """A unit vector (3,) near a direction, at least 5 degrees above the horizon."""
-    direction = direction / max(np.linalg.norm(direction), 1e-9)
-    raised = np.array([*direction[:2], max(direction[2], math.sin(math.radians(5)))])
-    return raised / np.linalg.norm(raised)
-
+from .rig_places import Lit, across, beside_camera, beside_lens, to_view
 
 # Rays that search the objects; patches that are scored, and for Orders; places from which shadows are sought.
 _RAYS, _PATCHES, _MORE_PATCHES, _SHADOW_PLACES = 4000, 80, 240, 12
