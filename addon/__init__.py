@@ -186,6 +186,7 @@ def unregister() -> None:
     delattr(bpy.types.WindowManager, folds.FOLDS)
     delattr(bpy.types.WindowManager, preset_pictures.CHOSEN)
     preset_pictures.forget_pictures()
+    folds.forget_folds()
     del bpy.types.Scene.natural_gratings
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

@@ -310,7 +310,7 @@ def lamps() -> Steps:
 def without_a_scan() -> Steps:
     """A preset brings its matter and its plate. A grating by its parameters is made in a dialog."""
     yield from menu("presets", "the menu of presets")
-    bpy.ops.grating.add_preset("EXEC_DEFAULT", True, preset="cd")
+    bpy.ops.grating.add_preset("EXEC_DEFAULT", True, preset="cd", assign=False)
     assert grating().matter == "ALUMINIUM" and grating().plate_ior > 1.5
     view()[0].tag_redraw()
     yield RENDERED

@@ -7,6 +7,7 @@ from bpy.props import BoolProperty, EnumProperty, StringProperty
 
 from ...precompute.base.failure import GratingError
 from .load_bake import LoadsFiles, takes_drops
+from .polls import selected_meshes
 from .reports import report_added, report_failure, report_lines
 
 # Blender keeps no reference to the texts of a dynamic enumeration, so they are kept here. Read at the first use.
@@ -34,8 +35,8 @@ def _item(name: str) -> tuple[str, str, str]:
 
 
 class AddPreset(bpy.types.Operator):
-    """Add a ready-made surface to the scene's gratings, with its matter and the look of its material. It needs no scan,
-    and shows at once at draft quality"""
+    """Add a ready-made surface to the scene's gratings, with its matter and the look of its material, and put it on the
+    selected meshes. It needs no scan, and shows at once at draft quality"""
 
     bl_idname = "grating.add_preset"
     bl_label = "Add Preset"
@@ -44,13 +45,13 @@ class AddPreset(bpy.types.Operator):
     preset: EnumProperty(name="Preset", description="Ready-made surface to add", items=presets, options={"SKIP_SAVE"})
 
     assign: BoolProperty(
-        name="Assign", description="Also put it on the selected meshes", default=False, options={"SKIP_SAVE"}
+        name="Assign", description="Also put it on the selected meshes", default=True, options={"SKIP_SAVE"}
     )
 
     def execute(self, context):
         from ..workflow.adding_presets import import_preset, put_preset
 
-        if self.assign:
+        if self.assign and selected_meshes(context):
             try:
                 return report_lines(self, put_preset(context.scene, self.preset, context.selected_objects))
             except GratingError as error:

@@ -9,6 +9,7 @@ from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatPrope
 from bpy_extras.io_utils import ImportHelper
 
 from ..blender.guard import guarded
+from .last_file import leave, start_where_left
 from .reports import report_added
 
 
@@ -73,8 +74,8 @@ class ImportHeightMap(bpy.types.Operator, ImportHelper):
         if self.properties.is_property_set("filepath") and Path(self.filepath).is_file():  # a dropped file
             return self.execute(context) if len(self.files) < 2 else context.window_manager.invoke_props_dialog(self)
         self.filter_glob, self.in_dialog = file_filter(), True
-        # Start in the .blend's folder. Without this, the dialog would offer the .blend itself as the height map.
-        self.filepath = self.filepath or bpy.path.abspath("//")
+        if not self.filepath:
+            start_where_left(self)
         return super().invoke(context, event)
 
     def check(self, context):
@@ -97,9 +98,12 @@ class ImportHeightMap(bpy.types.Operator, ImportHelper):
         origin = self.origin if self.size_um == self.offered_um else ""
         given = {"size_um": self.size_um, "height_nm": self.height_nm, "channel": self.channel}
         averaged = self.several == "AVERAGE"
-        return report_added(
+        done = report_added(
             self, lambda: import_chosen(context.scene, chosen_files(self), averaged=averaged, origin=origin, **given)
         )
+        if not self.in_dialog:
+            return done
+        return leave(self, done, **given | {"size_um": 0.0 if origin else self.size_um})
 
 
 def chosen_files(operator: Any) -> list[str]:

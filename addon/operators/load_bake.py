@@ -11,6 +11,7 @@ from bpy_extras.io_utils import ImportHelper
 
 from ..blender.guard import guarded
 from .import_height_map import chosen_files
+from .last_file import leave, start_where_left
 from .polls import OperatorMixin
 from .reports import report_added
 
@@ -32,8 +33,8 @@ class LoadsFiles(ImportHelper, OperatorMixin):  # type: ignore[misc]  # both bas
     def invoke(self, context, event):
         if self.properties.is_property_set("filepath") and Path(self.filepath).is_file():  # a dropped file
             return self.execute(context)
-        # Start in the .blend's folder. Without this, the dialog would offer the .blend itself.
-        self.filepath = self.filepath or bpy.path.abspath("//")
+        if not self.filepath:
+            start_where_left(self)
         return super().invoke(context, event)
 
     def execute(self, context):
@@ -41,7 +42,7 @@ class LoadsFiles(ImportHelper, OperatorMixin):  # type: ignore[misc]  # both bas
 
         scene = context.scene
         loads = [partial(self.load, scene, bpy.path.abspath(path)) for path in chosen_files(self)]
-        return report_added(self, lambda: all_or_none(scene, loads))
+        return leave(self, report_added(self, lambda: all_or_none(scene, loads)))
 
 
 class LoadBake(LoadsFiles, bpy.types.Operator):  # type: ignore[misc]  # both bases define `check`

@@ -48,9 +48,14 @@ def has_active_mesh(operator: Operator, context: bpy.types.Context) -> bool:
     return True
 
 
+def selected_meshes(context: bpy.types.Context) -> list[bpy.types.Object]:
+    """The meshes among the selected objects."""
+    return [thing for thing in context.selected_objects if thing.type == "MESH"]
+
+
 def has_selected_mesh(operator: Operator, context: bpy.types.Context) -> bool:
     """Whether a mesh is among the selected objects."""
-    if not any(o.type == "MESH" for o in context.selected_objects):
+    if not selected_meshes(context):
         from ..workflow.chosen_meshes import no_meshes
 
         operator.poll_message_set("; ".join(no_meshes(context.selected_objects)) or "Select a mesh first")

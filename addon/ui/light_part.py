@@ -7,7 +7,6 @@ from ..gratings.matter_fields import DAYLIGHT
 from ..gratings.wording import in_words, marked, translated
 from ..lamps.lamp_spectrum import FIELD, fault_of, seen_spectrum
 from ..operators.add_diffraction_lamp import AddDiffractionLamp
-from ..operators.add_light_rig import AddLightRig
 from ..operators.add_sky_sun import AddSkySun
 from ..operators.bake_grating import BakeGrating
 from ..operators.choose_lights import ChooseLights
@@ -15,7 +14,6 @@ from ..operators.count_lamp import CountLamp
 from ..operators.fit_frames import FitFrames
 from ..operators.fit_world import FitWorld
 from ..operators.mend import MendMaterials
-from ..operators.why_black import WhyBlack
 from ..workflow.fitting_worlds import is_fitting, last_failure
 from .facts import ANIMATED, NOT_FITTED, Facts, LampFact, SceneFacts
 from .notes import draw_note
@@ -35,9 +33,7 @@ def draw_light(layout, context, grating, *, facts: Facts) -> None:
     """Draw what lights a grating, and what is wrong with it."""
     scene = facts.scene
     lights = grating.lit_by
-    row = layout.row(align=True)
-    row.operator_menu_enum(AddLightRig.bl_idname, "kind", text=AddLightRig.bl_label, icon="OUTLINER_OB_LIGHT")
-    row.operator(AddDiffractionLamp.bl_idname, text="", icon="LIGHT_AREA")
+    layout.operator(AddDiffractionLamp.bl_idname, icon="LIGHT_AREA")
     chosen = next(label for name, label, _ in LIGHTS if name == lights)
     row = layout.row()
     row.label(text="Lit by")
@@ -75,7 +71,6 @@ def draw_light(layout, context, grating, *, facts: Facts) -> None:
     if not compat.HAS_RAYCAST:
         shade = "Before Blender 5.1, objects cast shadows on diffraction only in Cycles with Open Shading Language on."
         draw_note(note, context, shade)
-    layout.operator(WhyBlack.bl_idname, icon="QUESTION")
 
 
 def draw_warnings(layout, context, facts: Facts) -> None:

@@ -16,12 +16,13 @@ from ..operators.add_light_rig import AddLightRig
 from ..operators.assign import AssignToSelected
 from ..operators.bake_grating import BakeGrating
 from ..operators.choose_direction import ChooseDirection
+from ..operators.polls import selected_meshes
 from ..operators.why_black import MendCause
 from .facts import Facts
 
 SURFACE, LOOK, LIGHT, QUALITY = marked("Surface"), marked("Look"), marked("Light"), marked("Quality")
 # The states of a step.
-DONE, NOW, LATER = STATES = "done", "now", "later"
+DONE, NOW, LATER = "done", "now", "later"
 
 
 @dataclass(frozen=True)
@@ -43,9 +44,10 @@ def next_step(context: bpy.types.Context, grating: Grating, facts: Facts) -> Nex
     if facts.grating.outdated and not grating.source:
         return Next(SURFACE, f"{facts.grating.outdated}. Load it again, or import the height map")
     if facts.grating.outdated:
-        return Next(SURFACE, facts.grating.outdated, BakeGrating.bl_idname, text="Bake Again", icon="RENDER_STILL")
+        step = QUALITY if facts.grating.is_shown else SURFACE  # what is shown stays done
+        return Next(step, facts.grating.outdated, BakeGrating.bl_idname, text="Bake Again", icon="RENDER_STILL")
     if not facts.grating.is_shown:
-        chosen = [thing for thing in context.selected_objects if thing.type == "MESH"]
+        chosen = selected_meshes(context)
         if not chosen:
             return Next(LOOK, "Select a mesh in the 3D view. It will show the grating")
         source = grating.frame_source()
@@ -78,8 +80,8 @@ def is_lit(grating: Grating, facts: Facts) -> bool:
 
 
 def state_of(step: str, following: Next | None) -> str:
-    """The state of a step, given what to do next. Quality is never what to do next, so it stays folded."""
-    order = (SURFACE, LOOK, LIGHT)
+    """The state of a step, given what to do next. Quality has no end, so it is never done."""
+    order = (SURFACE, LOOK, LIGHT, QUALITY)
     if step == QUALITY:
         return LATER
     if following is None or order.index(step) < order.index(following.step):

@@ -18,12 +18,13 @@ from ..operators.follows_job import draw_progress
 from ..operators.import_height_map import ImportHeightMap
 from ..operators.load_bake import LoadBake
 from ..operators.osl_reference import NewOslReference
+from ..operators.polls import selected_meshes
 from ..operators.remove_grating import RemoveGrating
 from ..operators.show_me import BackFromShow, ShowMe
 from ..operators.why_black import WhyBlack
 from .asset_row import draw_assets
 from .facts import SceneFacts, facts_of
-from .folds import fold_of, folds
+from .folds import PRESETS, fold_of, folds
 from .light_part import draw_light, draw_warnings
 from .look_part import draw_look, draw_stickers
 from .missing_packages import draw_missing
@@ -182,6 +183,11 @@ def _draw_work(layout, context) -> None:
     buttons = row.column(align=True)
     buttons.menu(SampleMenu.bl_idname, text="", icon="ADD")
     buttons.operator(RemoveGrating.bl_idname, text="", icon="REMOVE")
+    header, body = layout.panel_prop(folds(context), PRESETS)
+    header.label(text="Presets")
+    if body is not None:
+        _draw_presets(body, context)
+        draw_assets(body)
     following = next_step(context, grating, facts)
     _draw_next(layout, context, following)
     draw_warnings(layout, context, facts)
@@ -212,28 +218,35 @@ def _draw_work(layout, context) -> None:
 
 def _draw_start(layout, context) -> None:
     """Draw what an artist can begin with: a preset by its picture, an own scan, or a sample."""
+    chosen_preset = _draw_presets(layout, context)
+    row = layout.row(align=True)
+    for button in draw_stickers(row):
+        # Until one is chosen, a sticker is a hologram, as the first picture is a snake's.
+        if context.window_manager.is_property_set(CHOSEN):
+            button.preset = chosen_preset
+    row = layout.row(align=True)
+    row.operator(ImportHeightMap.bl_idname, text="Import Scan...", icon="IMPORT")
+    row.menu(SampleMenu.bl_idname, text="", icon="DOWNARROW_HLT")
+    draw_assets(layout)
+
+
+def _draw_presets(layout, context) -> str:
+    """Draw the grid of the presets' pictures, and what can be done with the chosen one, whose name is returned."""
     manager = context.window_manager
-    chosen_preset = getattr(manager, CHOSEN)
+    chosen_preset: str = getattr(manager, CHOSEN)
     layout.template_icon_view(manager, CHOSEN, show_labels=True, scale=_PICTURE, scale_popup=_PICTURE_IN_LIST)
     title = next((title for name, title, *_ in presets_with_pictures(manager, context) if name == chosen_preset), "")
     layout.label(text=translated(title))
     column = layout.column(align=True)
     column.scale_y = _LARGE
     column.operator(ShowMe.bl_idname, icon="HIDE_OFF").preset = chosen_preset
-    chosen = [thing for thing in context.selected_objects if thing.type == "MESH"]
+    chosen = selected_meshes(context)
     text = translated("Add to This Scene")
     if chosen:
         text = counted("Put on {name}", "Put on {count} Meshes", len(chosen), name=chosen[0].name)
     button = column.operator(AddPreset.bl_idname, text=text, icon="BRUSH_DATA")
-    button.preset, button.assign = chosen_preset, bool(chosen)
-    row = layout.row(align=True)
-    for button in draw_stickers(row):
-        if manager.is_property_set(CHOSEN):  # until then, a sticker is a hologram, as the first picture is a snake's
-            button.preset = chosen_preset
-    row = layout.row(align=True)
-    row.operator(ImportHeightMap.bl_idname, text="Import Scan...", icon="IMPORT")
-    row.menu(SampleMenu.bl_idname, text="", icon="DOWNARROW_HLT")
-    draw_assets(layout)
+    button.preset = chosen_preset
+    return chosen_preset
 
 
 def _draw_strays(layout, context, facts: SceneFacts) -> None:
@@ -252,11 +265,12 @@ def _draw_next(layout, context, following: Next | None) -> None:
         return
     if following is not None:
         _draw_button(layout, context, following)
-    if following is None or following.step == LIGHT:
+    if following is None or following.step in (LIGHT, QUALITY):
         row = layout.row(align=True)
         if following is None or following.operator != AddLightRig.bl_idname:
             row.operator(AddLightRig.bl_idname, icon="OUTLINER_OB_LIGHT")
-        row.operator(WhyBlack.bl_idname, icon="QUESTION")
+        row.operator_menu_enum(AddLightRig.bl_idname, "kind", text="", icon="DOWNARROW_HLT")
+        layout.operator(WhyBlack.bl_idname, icon="QUESTION")
 
 
 def _draw_button(layout, context, following: Next) -> None:

@@ -21,7 +21,7 @@ def module(addon):
 
 @pytest.mark.parametrize("name", preset_names())
 def test_it_adds_a_grating_with_the_request_and_the_look_of_the_file(scene, name):
-    assert bpy.ops.grating.add_preset(preset=name) == {"FINISHED"}
+    assert bpy.ops.grating.add_preset(preset=name, assign=False) == {"FINISHED"}
     grating, preset = scene.natural_gratings.active(), read_preset(name)
     assert grating.name == preset.title
     draft = draft_request(preset.request).as_dict() | {"coherence_um": pytest.approx(10.0)}
@@ -38,11 +38,11 @@ def test_it_adds_a_grating_with_the_request_and_the_look_of_the_file(scene, name
 
 def test_the_same_preset_is_not_added_twice(scene):
     for _ in range(2):
-        bpy.ops.grating.add_preset(preset="gold_foil")
+        bpy.ops.grating.add_preset(preset="gold_foil", assign=False)
     bpy.ops.grating.import_height_map(filepath="sample:cd")
-    bpy.ops.grating.add_preset(preset="cd")
+    bpy.ops.grating.add_preset(preset="cd", assign=False)
     scene.natural_gratings.items[-1].delta_e = 2.0
-    bpy.ops.grating.add_preset(preset="cd")
+    bpy.ops.grating.add_preset(preset="cd", assign=False)
     names = [grating.name for grating in scene.natural_gratings.items]
     assert names == ["Gold Holographic Foil", "CD", "CD.001", "CD.002"]
 
@@ -105,7 +105,7 @@ def test_the_holograms_of_presets_are_those_of_the_add_on(addon):
 
 def test_undo_takes_it_back(scene):
     bpy.ops.ed.undo_push(message="before")
-    bpy.ops.grating.add_preset(preset="record")
+    bpy.ops.grating.add_preset(preset="record", assign=False)
     bpy.ops.ed.undo_push(message="after")
     bpy.ops.ed.undo()
     assert len(bpy.context.scene.natural_gratings.items) == 0
@@ -115,7 +115,7 @@ def test_undo_takes_it_back(scene):
 
 def test_its_material_has_the_base_and_the_inputs(addon, scene, tmp_path, monkeypatch):
     monkeypatch.setenv("NATURAL_GRATINGS_CACHE", str(tmp_path / "cache"))
-    bpy.ops.grating.add_preset(preset="security_hologram")
+    bpy.ops.grating.add_preset(preset="security_hologram", assign=False)
     grating = scene.natural_gratings.active()
     grating.delta_e, grating.coherence_um = 9.0, 4.0
     assert bpy.ops.grating.bake(directory=str(tmp_path / "bakes")) == {"FINISHED"}

@@ -11,7 +11,8 @@ from tests.addon.layout import Layout, context_of
 
 @pytest.fixture
 def panel(addon):
-    """Draws the panel; returns the layout."""
+    """Draws the panel of a new session; returns the layout."""
+    addon.folds.forget_folds()
 
     def draw(folded=True, **context):
         layout = Layout(folded)
@@ -99,6 +100,21 @@ def test_only_the_present_step_is_open(scene, grating, panel):
     assert not {"grating.choose_quality", "grating.lights"} & set(layout.operators)
     ticks = [label for label, icon in zip(layout.labels, layout.icons, strict=True) if icon == "CHECKMARK"]
     assert [label.partition(":")[0] for label in ticks] == ["Surface"]
+
+
+def test_no_step_folds_by_itself_and_the_presets_stay(scene, grating, panel):
+    """What folds under the pointer moves all buttons below it."""
+    open_steps = {"grating.new_material", "grating.comb"}
+    assert open_steps <= set(panel().operators)
+    bpy.ops.grating.assign()
+    layout = panel()
+    assert open_steps <= set(layout.operators) and layout.operators.count("grating.light_rig") == 2
+    grating.source, grating.asked = "sample:cd", "other settings"
+    layout = panel()
+    assert "grating.bake" in layout.operators and open_steps <= set(layout.operators)
+    layout = panel(folded=False)
+    assert {"grating.show_me", "grating.add_preset", "grating.make_assets"} <= set(layout.operators)
+    assert layout.operators.count("grating.why_black") == 1 and layout.operators.count("grating.light_rig") == 2
 
 
 def test_all_steps_can_be_opened(scene, scan, panel):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The import dialog offers a picture's width, from its name or from the last import, and says where it comes from."""
 
+import os
 import shutil
 from types import SimpleNamespace
 
@@ -110,3 +111,15 @@ def test_several_files_name_the_guess_on_every_line(scene, named, tmp_path, capf
 def test_a_file_that_cannot_be_read_offers_nothing(dialog, tmp_path):
     assert dialog(tmp_path / "gone_10um.png").size_um == 0
     assert dialog(tmp_path).size_um == 0
+
+
+def test_a_refused_file_is_offered_again_with_what_was_typed(scene, addon, named):
+    """After an import that lacks its height, the dialog starts at the file; after one that works, in its folder."""
+    dialog, path = type("ImportHeightMap", (), {})(), named("other.png")
+    with pytest.raises(RuntimeError, match="Height"):
+        bpy.ops.grating.import_height_map(filepath=str(path), size_um=4, in_dialog=True)
+    addon.last_file.start_where_left(dialog)
+    assert (dialog.filepath, dialog.size_um) == (str(path), 4)
+    import_in_dialog(path, size_um=4)
+    addon.last_file.start_where_left(dialog)
+    assert dialog.filepath == str(path.parent) + os.sep

@@ -71,7 +71,7 @@ def test_show_me_reports_a_preset_that_fails_and_leaves_no_scene(addon, scene, s
 
 
 def test_a_preset_shows_without_a_bake_also_after_its_draft_is_gone(addon, scene, shipped, tmp_path):
-    assert bpy.ops.grating.add_preset(preset=PRESET) == {"FINISHED"}
+    assert bpy.ops.grating.add_preset(preset=PRESET, assign=False) == {"FINISHED"}
     grating = scene.natural_gratings.active()
     kept = grating.baked_file()
     assert not kept.is_relative_to(shipped) and kept.with_suffix(".lobes.exr").is_file()
@@ -79,14 +79,14 @@ def test_a_preset_shows_without_a_bake_also_after_its_draft_is_gone(addon, scene
 
 
 def test_a_preset_without_a_draft_waits_for_its_bake(addon, scene, shipped):
-    assert bpy.ops.grating.add_preset(preset="cd") == {"FINISHED"}
+    assert bpy.ops.grating.add_preset(preset="cd", assign=False) == {"FINISHED"}
     grating = scene.natural_gratings.active()
     assert not grating.bake_path and addon.bake_quality.quality_of(grating) == "DRAFT"
 
 
 def test_a_preset_is_put_on_the_selected_meshes_at_once(addon, scene, shipped):
     plane = bpy.context.active_object
-    assert bpy.ops.grating.add_preset(preset=PRESET, assign=True) == {"FINISHED"}
+    assert bpy.ops.grating.add_preset(preset=PRESET) == {"FINISHED"}
     assert addon.material.diffraction_nodes(plane.active_material)
 
 
