@@ -150,6 +150,7 @@ def register() -> None:
         bpy.utils.register_class(cls)
     bpy.types.Scene.natural_gratings = bpy.props.PointerProperty(type=grating.SceneGratings)  # type: ignore[func-returns-value]  # the stubs say it returns None
     setattr(bpy.types.Light, lamp_spectrum.FIELD, lamp_spectrum.spectrum_field())
+    setattr(bpy.types.Light, lamp_spectrum.SHOWN, lamp_spectrum.shown_field())
     setattr(bpy.types.WindowManager, preset_pictures.CHOSEN, preset_pictures.chosen_preset())
     setattr(bpy.types.WindowManager, folds.FOLDS, bpy.props.PointerProperty(type=folds.Folds))  # type: ignore[func-returns-value]  # as above
     bpy.types.TOPBAR_MT_file_import.append(import_height_map.menu_entry)
@@ -182,6 +183,7 @@ def unregister() -> None:
     bpy.types.VIEW3D_MT_light_add.remove(add_diffraction_lamp.menu_entry)
     bpy.types.TOPBAR_MT_file_import.remove(load_bake.menu_entry)
     bpy.types.TOPBAR_MT_file_import.remove(import_height_map.menu_entry)
+    delattr(bpy.types.Light, lamp_spectrum.SHOWN)
     delattr(bpy.types.Light, lamp_spectrum.FIELD)
     delattr(bpy.types.WindowManager, folds.FOLDS)
     delattr(bpy.types.WindowManager, preset_pictures.CHOSEN)

@@ -13,6 +13,13 @@ from ..blender.paths import absolute
 
 # The name of the lamp's property.
 FIELD = "diffraction_spectrum"
+# The name of the field that the panel shows. It holds nothing of its own.
+SHOWN = "diffraction_spectrum_shown"
+_DESCRIPTION = (
+    "The lamp's own spectrum, which a grating splits into colours: a lamp by name (warm-led, tube, sodium), LED-B1, "
+    "FL11, D5500, 589nm, or a file of wavelengths (nm) and powers. It also sets the lamp's colour. 2700K sets its "
+    "temperature. Empty: daylight"
+)
 # Custom property of a lamp's data: whether its colour came with its spectrum.
 _COLOURED = "ng_coloured"
 # The largest number of files' spectra in a .blend file.
@@ -73,10 +80,25 @@ def spectrum_field() -> object:
     """The property of a lamp's data."""
     return StringProperty(  # type: ignore[func-returns-value]  # the stubs say it returns None
         name="Diffraction Spectrum",
-        description="The lamp's own spectrum, which a grating splits into colours: a lamp by name (warm-led, tube, "
-        "sodium), LED-B1, FL11, D5500, 589nm, or a file of wavelengths (nm) and powers. It also sets the lamp's "
-        "colour. 2700K sets its temperature. Empty: the lamp's temperature, or daylight",
+        description=_DESCRIPTION,
         update=lambda light, _: take_spectrum(light),  # type: ignore[arg-type]  # the stubs know no owner
+    )
+
+
+def shown_field() -> object:
+    """The property of a lamp's data that shows its spectrum, also one by its temperature, and sets it. Emptied, it
+    leaves neither."""
+
+    def take(light: bpy.types.Light, typed: str) -> None:
+        if not typed:
+            light.use_temperature = False
+        setattr(light, FIELD, typed)
+
+    return StringProperty(  # type: ignore[func-returns-value]  # the stubs say it returns None
+        name="Diffraction Spectrum",
+        description=_DESCRIPTION,
+        get=lambda light: getattr(light, FIELD) or seen_spectrum(light),
+        set=take,
         search=lambda _, __, typed: _names_with(typed),
         search_options={"SUGGESTION"},
     )

@@ -10,7 +10,7 @@ import bpy
 
 from ..blender import stored
 from ..lamps.follow import followed_lamps
-from ..lamps.lamp_spectrum import seen_spectrum
+from ..lamps.lamp_spectrum import fault_of, seen_spectrum
 from .response import responses_in
 
 # Custom properties of a response's node group, saved in files: the light of its bake, and the mean and the 95th
@@ -36,23 +36,25 @@ def _stated(group: bpy.types.NodeTree) -> dict[str, tuple[float, float]]:
 
 def far_lamps(group: bpy.types.NodeTree | None, scene: bpy.types.Scene) -> list[str]:
     """One line for the lamps of a scene under which a Diffraction group's colours are clearly off; empty if there are
-    none."""
-    spectra = {lamp.name: spectrum for lamp in followed_lamps(scene) if (spectrum := seen_spectrum(lamp.data))}
+    none. The field of a lamp tells what is wrong with its text, so lamps with such a fault are left out."""
+    spectra = {
+        lamp.name: spectrum
+        for lamp in followed_lamps(scene)
+        if (spectrum := seen_spectrum(lamp.data)) and fault_of(lamp.data) is None
+    }
     if group is None or not spectra:
         return []
     from ...precompute.colour.several_lamps import stated_error
 
-    worst: dict[str, tuple[float, float]] = {}
+    worst: dict[str, float] = {}
     for response in responses_in(group):
         light, stated = stored.text(response.group, _LIGHT), _stated(response.group)
         for name, spectrum in spectra.items():
             error = stated_error(spectrum, light, stated)
-            if error is not None and error[1] > max(_TOLD, worst.get(name, (0.0, 0.0))[1]):
-                worst[name] = error
+            if error is not None and error[1] > max(_TOLD, worst.get(name, 0.0)):
+                worst[name] = error[1]
     if not worst:
         return []
-    farthest = max(worst, key=lambda name: worst[name][1])
-    mean, p95 = worst[farthest]
+    farthest = max(worst, key=lambda name: worst[name])
     more = f" and {len(worst) - 1} more" if len(worst) > 1 else ""
-    off = f"the colours are off by a dE00 of {mean:.1f} on average and {p95:.0f} in the worst twentieth"
-    return [f"{farthest}{more}: {off}"]
+    return [f"{farthest}{more}: the colours under this light are visibly off; bake for it"]

@@ -5,7 +5,7 @@ from ..blender import compat
 from ..gratings.lights_choice import ALL, LAMPS_ONLY, LIGHTS, REST
 from ..gratings.matter_fields import DAYLIGHT
 from ..gratings.wording import in_words, marked, translated
-from ..lamps.lamp_spectrum import FIELD, fault_of, seen_spectrum
+from ..lamps.lamp_spectrum import SHOWN, fault_of
 from ..operators.add_diffraction_lamp import AddDiffractionLamp
 from ..operators.add_sky_sun import AddSkySun
 from ..operators.bake_grating import BakeGrating
@@ -107,8 +107,8 @@ def _draw_lamp(column, context, lamp: LampFact, *, counts: bool, can_choose: boo
 
 
 def draw_spectrum(row, light) -> None:
-    """Draw the field of a lamp's spectrum. An empty field shows the spectrum that the lamp has."""
-    row.prop(light, FIELD, text="", placeholder=seen_spectrum(light) or DAYLIGHT)
+    """Draw the field of a lamp's spectrum."""
+    row.prop(light, SHOWN, text="", placeholder=DAYLIGHT)
 
 
 def draw_fault(column, context, light) -> None:

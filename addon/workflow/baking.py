@@ -101,10 +101,10 @@ def shown_lines(spaces: dict[str, dict[str, float]], working_space: str) -> list
     found = spaces.get(working_space)
     if found is None or found["p50"] < _TOLD_DELTA_E or found["outside"] < _TOLD_SHARE:
         return []
-    lines = [f"{working_space} lacks {found['outside']:.0%} of its colours: dE00 {found['p50']:.0f} as shown"]
+    lines = ["some of these colours are too pure for the screen; they are shown a little greyer"]
     better = min(spaces, key=lambda space: spaces[space]["p50"] * spaces[space]["outside"])
     if better != working_space and spaces[better]["p50"] < _TOLD_DELTA_E:
-        lines.append(f"working space {better}: dE00 {spaces[better]['p50']:.0f}")
+        lines.append(f"the working space {better} holds them better")
     return lines
 
 

@@ -12,6 +12,7 @@ from ...precompute.base.failure import GratingError, printable
 from ...precompute.cli.arguments import existing_bake
 from ...precompute.measure.shown_colours import is_shown
 from ...precompute.surface.description import Description
+from ...precompute.surface.generated.parameters import title_of_stem
 from ...precompute.surface.height_map import is_synthetic
 from ...precompute.table.atlas_file import read_sound_header
 from ...precompute.table.sample_set import path_beside
@@ -48,7 +49,7 @@ def index_of(scene: bpy.types.Scene, bake: str) -> int:
             return index
     found = _found(Path(path))
     grating = items.add()
-    grating.name = printable(file.stem)
+    grating.name = title_of_stem(file.stem)
     _fill(grating, path, found)
     return len(items) - 1
 

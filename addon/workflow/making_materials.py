@@ -6,7 +6,8 @@ from pathlib import Path
 
 import bpy
 
-from ...precompute.base.failure import GratingError, printable
+from ...precompute.base.failure import GratingError
+from ...precompute.surface.generated.parameters import title_of_stem
 from ...precompute.table.atlas_file import read_header
 from ..gratings.baked_region import note_region
 from ..gratings.grating import Grating
@@ -143,7 +144,7 @@ def lamps_alone(grating: Grating) -> list[str]:
 
 def new_diffraction_group(path: Path, shadows: bool = True, lights: str = REST) -> bpy.types.NodeTree:
     """A new Diffraction group from a bake's file. Raises GratingError if the file is not a bake."""
-    return group_around(printable(path.stem), response_of(path), shadows=shadows, lights=lights)
+    return group_around(title_of_stem(path.stem), response_of(path), shadows=shadows, lights=lights)
 
 
 def response_of(path: Path) -> Response:

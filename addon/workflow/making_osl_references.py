@@ -6,9 +6,10 @@ from pathlib import Path
 
 import bpy
 
-from ...precompute.base.failure import GratingError, printable
+from ...precompute.base.failure import GratingError
 from ...precompute.colour.working_space import rgb_from_xyz
 from ...precompute.methods.dft_layout import read_sound_layout
+from ...precompute.surface.generated.parameters import title_of_stem
 from ...precompute.table.atlas_file import read_header
 from ..blender import compat
 from ..gratings.cache_folder import cache_folder
@@ -39,7 +40,7 @@ def reference_from_images(scene: bpy.types.Scene, path: Path) -> bpy.types.Mater
     """Make a new material that evaluates a method from its file of DFT images, lit by the scene's lamps. Raises
     GratingError, with nothing changed, if the file holds no DFT images or the shader does not compile."""
     matrix = rgb_from_xyz(compat.working_space(), read_sound_layout(path).illuminant)
-    name = printable(path.stem)
+    name = title_of_stem(path.stem)
     return _material_of(scene, name, build_osl_response(name, path, matrix))
 
 
@@ -48,7 +49,7 @@ def reference_from_bake(scene: bpy.types.Scene, path: Path) -> bpy.types.Materia
     changed, if the file is not a bake or the shader does not compile."""
     layout, _ = read_header(path)
     matrix = rgb_from_xyz(compat.working_space(), layout.illuminant)
-    name = printable(path.stem)
+    name = title_of_stem(path.stem)
     return _material_of(scene, name, build_osl_direct(name, path, layout, rgb_from_xyz=matrix))
 
 

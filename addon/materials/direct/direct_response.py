@@ -6,8 +6,9 @@ from pathlib import Path
 
 import bpy
 
-from ....precompute.base.failure import GratingError, printable
+from ....precompute.base.failure import GratingError
 from ....precompute.colour.working_space import rgb_from_xyz
+from ....precompute.surface.generated.parameters import title_of_stem
 from ....precompute.table.atlas_file import matter_in, read_sound_header
 from ....precompute.table.sample_set import path_beside
 from ....precompute.table.sample_set import read_sound_header as read_sound_set_header
@@ -38,7 +39,7 @@ def direct_response(path: Path) -> Response:
             raise GratingError(draws_path, f"of another bake than {path.name}", "bake again, or delete it")
     image = load_atlas(path, half=record.get("precision") != "float32")
     matrix = rgb_from_xyz(compat.working_space(), layout.illuminant)
-    name = printable(path.stem)
+    name = title_of_stem(path.stem)
     lamps = lamp_table_image(layout.illuminant) if layout.triples > 1 else None
     response = build_direct_group(name, image, layout, rgb_from_xyz=matrix, lamp_table=lamps)
     note_working_space(response)
@@ -69,7 +70,7 @@ def load_atlas(path: Path, *, half: bool, alpha: str = "NONE") -> bpy.types.Imag
         image = bpy.data.images.load(str(path), check_existing=False)
     except RuntimeError as error:  # Blender reads a backslash as a slash
         raise GratingError(path, "Blender cannot open it", "give it a name of plain letters") from error
-    image.name = printable(path.stem)
+    image.name = title_of_stem(path.stem)
     image.colorspace_settings.is_data = True  # independent of the colour configuration's names
     image.alpha_mode = alpha  # type: ignore[assignment]  # the stubs list the names
     image.use_half_precision = half

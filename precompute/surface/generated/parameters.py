@@ -4,10 +4,11 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from ...base.failure import GratingError
+from ...base.failure import GratingError, printable
 from ..height_map import GRATING_PREFIX
 from .kinds import KINDS, PARAMETERS, PERIOD_UNITS, Kind
 
@@ -16,6 +17,8 @@ _LONGEST = 500
 # Messages show this many characters of a faulty text.
 _SHOWN = 60
 _DEPTH_MAX_NM = PARAMETERS["depth_nm"].high
+# The name of a grating's bake as a file (height_map.py).
+_STEM = re.compile(r"grating_([a-z]+)_period_um=(\d{1,9}(?:\.\d{1,9})?)(?![\d.])")
 
 
 @dataclass(frozen=True)
@@ -62,6 +65,15 @@ class GratingParameters:
     def title(self) -> str:
         """A short name: kind and period."""
         return f"{KINDS[self.kind].title} {self.period_um:.4g} um"
+
+
+def title_of_stem(stem: str) -> str:
+    """A name for what was baked, by the file's name without extension: the title of a synthetic surface, else the
+    file's name as one printable line."""
+    found = _STEM.match(stem)
+    if found is None or found[1] not in KINDS:
+        return printable(stem)
+    return f"{KINDS[found[1]].title} {float(found[2]):.4g} um"
 
 
 def text_of(kind: str, values: Mapping[str, float]) -> str:

@@ -56,6 +56,18 @@ def test_a_black_body_becomes_the_temperature(addon, scene, lamp):
     assert addon.lamp_spectrum.seen_spectrum(lamp.data) == "5000K"
 
 
+def test_the_panel_s_field_shows_a_temperature_as_typed(scene, lamp):
+    lamp.data.diffraction_spectrum_shown = "2700K"
+    assert (lamp.data.diffraction_spectrum_shown, lamp.data.temperature) == ("2700K", 2700)
+    lamp.data.temperature = 5000
+    assert lamp.data.diffraction_spectrum_shown == "5000K"
+    lamp.data.diffraction_spectrum_shown = ""
+    assert (lamp.data.diffraction_spectrum_shown, lamp.data.use_temperature) == ("", False)
+    for typed, kept in (("tube", "FL11"), ("nosuch", "nosuch")):
+        lamp.data.diffraction_spectrum_shown = typed
+        assert lamp.data.diffraction_spectrum_shown == lamp.data.diffraction_spectrum == kept
+
+
 def test_an_emptied_field_leaves_an_artist_s_own_colour(scene, lamp):
     lamp.data.color, lamp.data.use_temperature, lamp.data.temperature = (1.0, 0.5, 0.25), True, 3000
     lamp.data.diffraction_spectrum = ""
@@ -153,12 +165,12 @@ def test_the_button_bakes_for_the_lamps_of_the_scene(addon, scene, lamp, scan):
     lamp.data.diffraction_spectrum = "tube"
     followed(addon, scene)
     (line,) = addon.lamp_errors.far_lamps(grating.group, scene)
-    assert line.startswith("Key: the colours are off by a dE00 of ")
+    assert line == "Key: the colours under this light are visibly off; bake for it"
     assert any(line in told for told in addon.following_lamps.warnings_about(scene, bpy.context.view_layer.depsgraph))
     layout = Layout(folded=False)
     addon.facts.stop()
     addon.light_part.draw_light(layout, context_of(), grating, facts=addon.facts.facts_of(context_of()))
-    assert "diffraction_spectrum" in layout.props
+    assert "diffraction_spectrum_shown" in layout.props
     assert "grating.bake" in layout.operators
     assert bpy.ops.grating.bake(for_lamps=True) == {"FINISHED"}
     assert grating.illuminant == "D65+FL11"

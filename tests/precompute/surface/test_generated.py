@@ -15,7 +15,7 @@ from precompute.surface.description import describe
 from precompute.surface.generated.catalogue import make_grating, surface_of
 from precompute.surface.generated.kinds import KINDS, MEANINGS, PARAMETERS, PERIOD_UNITS
 from precompute.surface.generated.lines import line_starts
-from precompute.surface.generated.parameters import GratingParameters, canonical, parse_grating, text_of
+from precompute.surface.generated.parameters import GratingParameters, canonical, parse_grating, text_of, title_of_stem
 from precompute.surface.generated.pixels import pixels_of
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import Relief
@@ -142,6 +142,10 @@ def test_a_surface_is_whole_and_the_same_every_time(kind):
     assert hm.periodic and np.isfinite(hm.height_m).all()
     assert hm.source == canonical(hm.source) and hm.source_name == hm.source
     assert not set(hm.stem) & set(':?&*/\\"<>|') and hm.stem.startswith(f"grating_{kind}_period_um=")
+    assert title_of_stem(hm.stem) == parse_grating(hm.source).title
+    assert (
+        title_of_stem("skin_10um") == "skin_10um" and title_of_stem("grating_x_period_um=1") == "grating_x_period_um=1"
+    )
     assert max(hm.height_m.shape) <= 2048 and max(hm.pixel_size_m) < 95e-9
     np.testing.assert_array_equal(hm.height_m, make_grating(hm.source).height_m)
     other = make_grating(hm.source.replace("seed=3", "seed=4"))
