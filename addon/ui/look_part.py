@@ -16,6 +16,7 @@ from ..operators.new_material import NewDiffractionMaterial
 from ..operators.paint_input import INPUTS, PaintInput, UnpaintInput
 from ..operators.vary_grating import VaryGrating
 from .facts import GratingFacts
+from .notes import draw_note, side_by_side
 
 # Inputs of the Diffraction node, with an artist's word for each. They answer at once, without a bake.
 _DIALS = (
@@ -43,16 +44,17 @@ def draw_look(layout, context, grating, *, facts: GratingFacts) -> None:
     row.operator(AddDiffraction.bl_idname, icon="ADD", text="Add")
     row.operator(RemoveDiffraction.bl_idname, icon="REMOVE", text="Remove")
     column.operator(NewDiffractionMaterial.bl_idname, icon="MATERIAL")
-    draw_stickers(column.row(align=True))
+    draw_stickers(column)
     if facts.objects:
-        layout.label(text=facts.objects, icon="OBJECT_DATA", translate=False)
+        draw_note(layout, context, facts.objects, icon="OBJECT_DATA")
 
 
 def draw_stickers(layout):
     """Draw the button for a sticker with the pattern of its surface, and the one that asks for a picture. Returns their
     properties."""
-    plain = layout.operator(AddSticker.bl_idname, text="Sticker", icon="MESH_PLANE")
-    from_picture = layout.operator(AddSticker.bl_idname, text="Picture Sticker...", icon="IMAGE_DATA")
+    row = side_by_side(layout)
+    plain = row.operator(AddSticker.bl_idname, text="Sticker", icon="MESH_PLANE")
+    from_picture = row.operator(AddSticker.bl_idname, text="Picture Sticker...", icon="IMAGE_DATA")
     from_picture.from_picture = True
     return plain, from_picture
 

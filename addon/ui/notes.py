@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Wrapped text for the narrow sidebar."""
+"""Wrapped text and rows for the narrow sidebar."""
 
 import textwrap
 
@@ -15,6 +15,11 @@ def draw_note(layout, context, text: str, *, icon: str = "NONE") -> None:
     for line in textwrap.wrap(translated(text), max(16, int(width / _LETTER))):
         layout.label(text=line, icon=icon, translate=False)
         icon = "BLANK1" if icon != "NONE" else icon
+
+
+def side_by_side(layout):
+    """A row whose buttons go on below each other where the sidebar is too narrow for their texts."""
+    return layout.grid_flow(row_major=True, even_columns=True, align=True)
 
 
 def draw_facts(layout, context, facts: str) -> None:

@@ -219,8 +219,7 @@ def _draw_work(layout, context) -> None:
 def _draw_start(layout, context) -> None:
     """Draw what an artist can begin with: a preset by its picture, an own scan, or a sample."""
     chosen_preset = _draw_presets(layout, context)
-    row = layout.row(align=True)
-    for button in draw_stickers(row):
+    for button in draw_stickers(layout):
         # Until one is chosen, a sticker is a hologram, as the first picture is a snake's.
         if context.window_manager.is_property_set(CHOSEN):
             button.preset = chosen_preset

@@ -9,7 +9,7 @@ from ..operators.bake_needs import BakeNeeds
 from ..operators.choose_quality import ChooseQuality
 from ..operators.follows_bake import running_bake
 from .folds import DETAILS, folds
-from .notes import draw_facts
+from .notes import draw_facts, side_by_side
 
 
 def draw_quality(layout, context, grating) -> None:
@@ -27,7 +27,7 @@ def draw_quality(layout, context, grating) -> None:
             row.operator(BakeNeeds.bl_idname, text="For Camera", icon="CAMERA_DATA")
             if grating.for_scene:
                 row.operator(BakeNeeds.bl_idname, text="", icon="X").everything = True
-    row = layout.row()
+    row = side_by_side(layout)
     row.prop(grating, "footprint")
     row.prop(grating, "shadows")
     row.prop(grating, "every_lamp")

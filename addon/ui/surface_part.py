@@ -9,7 +9,7 @@ from ..operators.level_steps import AddLevellingStep
 from ..operators.show_picture import KINDS, ShowPicture
 from .facts import GratingFacts
 from .folds import FINDINGS, folds
-from .notes import draw_facts, draw_note
+from .notes import draw_facts, draw_note, side_by_side
 from .steps_panel import draw_preview, draw_scans, draw_steps, is_levelled
 
 # The beginnings of the lines of a summary that the pictures' captions repeat.
@@ -36,7 +36,7 @@ def draw_surface(layout, context, grating, *, facts: GratingFacts) -> None:
 def draw_pictures(layout, grating) -> None:
     """Draw the buttons that show a grating as a picture: of its scan if it has one, of its colours once it is baked."""
     kinds = [*(["HEIGHT", "SPECTRUM"] if grating.source else []), *(["CHART"] if grating.bake_path else [])]
-    row = layout.row(align=True)
+    row = side_by_side(layout)
     for name, label, _ in KINDS:
         if name in kinds:
             row.operator(ShowPicture.bl_idname, text=translated(label)).kind = name

@@ -57,6 +57,9 @@ class Layout:
     def column(self, align=False):
         return self
 
+    def grid_flow(self, **_):
+        return self
+
     def box(self):
         return self
 

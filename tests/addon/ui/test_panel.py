@@ -130,6 +130,14 @@ def test_all_steps_can_be_opened(scene, scan, panel):
     assert layout.props.count("default_value") >= 4  # the dials of the material
 
 
+def test_long_names_are_wrapped(scene, grating, panel):
+    """At the width of 200 pixels that a new sidebar has, a line has 22 letters."""
+    bpy.context.active_object.name = "A plane with a name longer than a line"
+    bpy.ops.grating.assign()
+    labels = [label for label in panel(folded=False, region=SimpleNamespace(width=200)).labels if "with a" in label]
+    assert labels and all(len(label) <= 22 for label in labels if not label.startswith("Look"))
+
+
 def test_a_surface_tells_its_period_in_lines(scene, scan, panel):
     bpy.ops.grating.import_height_map(filepath=str(scan), size_um=4, height_nm=100)
     assert "Surface: 500 nm, 2000 lines/mm" in panel().labels
