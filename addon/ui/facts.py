@@ -91,7 +91,7 @@ class GratingFacts:
     fault      why they cannot be told; else None
     outdated   why it should be baked again; empty if its settings are those of its bake
     objects    a line with the objects that show it; empty without a material
-    is_shown   whether an object shows it
+    shown_on   how many objects show it
     variation  how it varies over the surface
     hologram   the patterns of holograms in its materials
     crowded    a line if EEVEE has no room for all lamps or sources
@@ -103,7 +103,7 @@ class GratingFacts:
     fault: GratingError | None = None
     outdated: str = ""
     objects: str = ""
-    is_shown: bool = False
+    shown_on: int = 0
     variation: str = ""
     hologram: str = "None"
     crowded: tuple[str, ...] = ()
@@ -276,7 +276,7 @@ def _of_grating(grating: Grating, scene: bpy.types.Scene) -> GratingFacts:
         fault=fault,
         outdated=_outdated(grating),
         objects=on_objects(objects),
-        is_shown=bool(objects),
+        shown_on=len(objects),
         variation=variation_of(group).summary,
         hologram=hologram_summary(group),
         crowded=tuple(crowded(group)),

@@ -44,9 +44,9 @@ def next_step(context: bpy.types.Context, grating: Grating, facts: Facts) -> Nex
     if facts.grating.outdated and not grating.source:
         return Next(SURFACE, f"{facts.grating.outdated}. Load it again, or import the height map")
     if facts.grating.outdated:
-        step = QUALITY if facts.grating.is_shown else SURFACE  # what is shown stays done
+        step = QUALITY if facts.grating.shown_on else SURFACE  # what is shown stays done
         return Next(step, facts.grating.outdated, BakeGrating.bl_idname, text="Bake Again", icon="RENDER_STILL")
-    if not facts.grating.is_shown:
+    if not facts.grating.shown_on:
         chosen = selected_meshes(context)
         if not chosen:
             return Next(LOOK, "Select a mesh in the 3D view. It will show the grating")

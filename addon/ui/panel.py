@@ -197,7 +197,11 @@ def _draw_work(layout, context) -> None:
     lamps = sum(not lamp.hidden for lamp in facts.scene.lamps)
     parts = (
         (SURFACE, _period(grating), lambda body: draw_surface(body, context, grating, facts=facts.grating)),
-        (LOOK, facts.grating.objects, lambda body: draw_look(body, context, grating, facts=facts.grating)),
+        (
+            LOOK,
+            counted("{count} object", "{count} objects", facts.grating.shown_on),
+            lambda body: draw_look(body, context, grating, facts=facts.grating),
+        ),
         (
             LIGHT,
             counted("{count} lamp", "{count} lamps", lamps),
