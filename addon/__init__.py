@@ -6,7 +6,7 @@ Enabling the extension loads only what registration needs. Operators and command
 
 import bpy
 
-from .gratings import grating, levelling_steps, material_look, remembered_bakes
+from .gratings import grating, levelling_steps, material_look, remembered_bakes, replaced_material
 from .lamps import lamp_spectrum
 from .operators import (
     add_diffraction,
@@ -68,6 +68,7 @@ CLASSES = (
     material_look.MaterialLook,
     grating.Grating,
     grating.SceneGratings,
+    replaced_material.ReplacedMaterial,
     follows_job.CancelJob,
     import_height_map.ImportHeightMap,
     import_height_map.DropHeightMap,
@@ -149,6 +150,7 @@ def register() -> None:
             cls.bl_description = " ".join(cls.__doc__.split())  # type: ignore[union-attr]  # the stubs lack it
         bpy.utils.register_class(cls)
     bpy.types.Scene.natural_gratings = bpy.props.PointerProperty(type=grating.SceneGratings)  # type: ignore[func-returns-value]  # the stubs say it returns None
+    setattr(bpy.types.Object, replaced_material.REPLACED, replaced_material.replaced_field())
     setattr(bpy.types.Light, lamp_spectrum.FIELD, lamp_spectrum.spectrum_field())
     setattr(bpy.types.Light, lamp_spectrum.SHOWN, lamp_spectrum.shown_field())
     setattr(bpy.types.WindowManager, preset_pictures.CHOSEN, preset_pictures.chosen_preset())
@@ -185,6 +187,7 @@ def unregister() -> None:
     bpy.types.TOPBAR_MT_file_import.remove(import_height_map.menu_entry)
     delattr(bpy.types.Light, lamp_spectrum.SHOWN)
     delattr(bpy.types.Light, lamp_spectrum.FIELD)
+    delattr(bpy.types.Object, replaced_material.REPLACED)
     delattr(bpy.types.WindowManager, folds.FOLDS)
     delattr(bpy.types.WindowManager, preset_pictures.CHOSEN)
     preset_pictures.forget_pictures()

@@ -5,6 +5,7 @@ import bpy
 
 from ..blender import stored
 from ..gratings.own_names import is_own
+from ..gratings.replaced_material import FREE, replaced_on
 from .chosen_meshes import data_is_fixed
 
 
@@ -44,21 +45,28 @@ def note_replaced(thing: bpy.types.Object, index: int) -> None:
     """Before a grating's own material replaces a slot's material, record the former material on the object."""
     material = thing.material_slots[index].material
     if material not in own_materials():
-        thing[_replaced(index)] = "" if material is None else material
+        take_replaced(thing, index)
+        former = next((each for each in replaced_on(thing) if each.slot == FREE), None) or replaced_on(thing).add()
+        former.slot, former.material = index, material
 
 
 def was_replaced(thing: bpy.types.Object, index: int) -> bool:
     """Whether the slot shows a grating's own material and its former material is recorded."""
-    return _replaced(index) in thing and thing.material_slots[index].material in own_materials()
+    is_noted = _replaced(index) in thing or any(each.slot == index for each in replaced_on(thing))
+    return is_noted and thing.material_slots[index].material in own_materials()
 
 
 def take_replaced(thing: bpy.types.Object, index: int) -> bpy.types.Material | None:
     """Remove and return the record of a slot's former material; None if the slot was empty or the material is gone."""
     material = stored.block(thing, _replaced(index), bpy.types.Material)
-    del thing[_replaced(index)]
+    thing.pop(_replaced(index), None)
+    for former in replaced_on(thing):
+        if former.slot == index:
+            material = former.material
+            former.slot, former.material = FREE, None
     return material
 
 
 def _replaced(index: int) -> str:
-    """The object's custom property that records a slot's former material."""
+    """The object's custom property that recorded a slot's former material in earlier versions."""
     return f"ng_replaced_{index}"

@@ -12,12 +12,14 @@ def rig():
     return {thing.name: thing for thing in bpy.data.collections["Light Rig"].objects}
 
 
-def test_a_metal_in_a_dim_world_gets_cards_to_reflect(watched, mirror, capfd):
+def test_a_metal_in_a_dim_world_gets_cards_to_reflect(watched, addon, mirror, capfd):
     """Only there: a bright world is reflected, and Lamps Only reflects nothing. Cards leave matt surfaces as they are,
     and a second press does not take the first one's for something to reflect."""
     scene = bpy.context.scene
-    grating, light = scene.natural_gratings.active(), scene.world.node_tree.nodes["Background"].inputs["Color"]
-    dim = tuple(light.default_value)
+    grating, former = scene.natural_gratings.active(), scene.world
+    scene.world = bpy.data.worlds.new("Dim")
+    addon.compat.enable_nodes(scene.world)
+    light, dim = scene.world.node_tree.nodes["Background"].inputs["Color"], (0.05, 0.05, 0.05, 1)
     warning = "it has little to reflect in this dim world, so it looks dark; press Light Rig"
     bpy.ops.grating.lights(lights="REST")
     grating.bake_path, grating.matter = str(mirror), "MIRROR"
@@ -36,5 +38,5 @@ def test_a_metal_in_a_dim_world_gets_cards_to_reflect(watched, mirror, capfd):
     bpy.ops.grating.lights(lights="LAMPS")
     bpy.ops.grating.light_rig()
     assert list(rig()) == ["Rig Sun"]
-    light.default_value = dim
+    scene.world = former
     bpy.data.batch_remove(list(bpy.data.collections))
