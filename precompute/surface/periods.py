@@ -75,7 +75,8 @@ class Wave:
 
 def length_in_words(length_m: float) -> str:
     """Format a length in micrometres, or in nanometres below 10 um: "18.4 um", "1501 nm"."""
-    return f"{length_m * 1e6:.3g} um" if length_m >= 10e-6 else f"{length_m * 1e9:.4g} nm"
+    # Four digits of a length slightly below 10 um would be 1e+04 nm.
+    return f"{length_m * 1e6:.3g} um" if length_m >= 9.9995e-6 else f"{length_m * 1e9:.4g} nm"
 
 
 @dataclass(frozen=True)

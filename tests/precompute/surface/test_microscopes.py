@@ -175,9 +175,9 @@ def test_a_width_replaces_the_file_s_own_with_a_warning(tmp_path, fails):
     """The pixels keep their aspect ratio, also in the scan of the other direction. The file's heights stay."""
     whole = instruments.gsf(HEIGHTS, PIXEL_M, across=2.0)
     path = write(tmp_path, "wide.gsf", whole)
-    height_map = read_height_map(path, 4.0)
-    assert height_map.size_m == pytest.approx((4e-6 / COLS * ROWS / 2, 4e-6))
-    told = "the width is 4000 nm as given, instead of the 2000 nm in the file"
+    height_map = read_height_map(path, 9.99999)
+    assert height_map.size_m == pytest.approx((9.99999e-6 / COLS * ROWS / 2, 9.99999e-6))
+    told = "the width is 10 um as given, instead of the 2000 nm in the file"
     assert ("size", "usable", told) in [(f.topic, f.light, f.sentence) for f in describe(height_map).quality.findings]
     facts = bake_to_folder([height_map], BakeRequest(), tmp_path / "out", progress=lambda *_: None)
     assert facts["levelling"][0] == f"warning: {told}"
