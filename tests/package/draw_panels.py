@@ -30,7 +30,7 @@ def drawn(panel: type) -> Layout:
 addon = importlib.import_module(f"{MODULE}.addon")
 for step in (None, bpy.ops.grating.add_preset):
     if step is not None:
-        assert step(preset="gold_foil") == {"FINISHED"}
+        assert step(preset="gold_foil", assign=False) == {"FINISHED"}
     for panel in (each for each in addon.CLASSES if issubclass(each, bpy.types.Panel)):
         text = " ".join(drawn(panel).labels)
         is_main = panel.__name__ in ("GratingPanel", "MaterialPanel", "ShaderPanel")

@@ -76,11 +76,9 @@ def set_the_stage():
 
 
 def open_steps():
-    """Open the panel's steps Look and Light, which fold when they are done."""
+    """Open the panel's steps Look and Light."""
     folds = bpy.context.window_manager.natural_gratings_folds
-    for name in folds.bl_rna.properties.keys():  # noqa: SIM118  Blender's collection gives its items otherwise
-        if name.startswith(("look_", "light_")):
-            setattr(folds, name, True)
+    folds.look = folds.light = True
 
 
 def add_lamp():

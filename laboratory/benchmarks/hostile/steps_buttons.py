@@ -152,6 +152,7 @@ BUTTONS: dict[str, tuple[int, Callable[[Hand], Arguments]]] = {
     "move_step": (2, _one("move_step", "direction")),
     "steps_as_text": (1, lambda hand: {"steps": hand.random.choice(("", "none", "plane,scars", "nonsense"))}),
     "bake": (5, _none),
+    "cancel": (1, lambda hand: {"follower": hand.random.choice(("grating.bake", "grating.comb", ""))}),
     "needs": (2, lambda hand: {"everything": hand.random.random() < 0.3}),
     "new_material": (3, _none),
     "assign": (7, _none),
