@@ -56,7 +56,7 @@ def test_an_appended_material_becomes_a_grating(file, addon, capfd):
     assert shown == ("LAMPS", False, False, "AXIS", "Y")
     assert made.baked_file().is_file() and made.group.name == made.material.name == "Diffraction waves"
     layout = drawn(addon)
-    assert "Look: On: Guest" in layout.labels and "grating.adopt" not in layout.operators
+    assert "Look: 1 object" in layout.labels and "grating.adopt" not in layout.operators
     made.name = "scales"
     assert made.group.name == made.material.name == "Diffraction scales"
     bpy.ops.grating.lights(lights="REST")
@@ -95,7 +95,7 @@ def test_a_pasted_copy_follows_its_grating(file, addon, capfd):
     (node,) = addon.material.diffraction_nodes(copy.active_material)
     assert node.node_tree == made.group and node.inputs["Strength"].default_value == 0.5
     assert blocks() == held
-    assert "Look: On: Guest and Guest.001" in drawn(addon).labels
+    assert "Look: 2 objects" in drawn(addon).labels
 
 
 def test_a_linked_material_says_how_to_make_it_local(file, addon):
