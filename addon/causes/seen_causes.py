@@ -123,8 +123,9 @@ def colour_range(table: Table, w: float) -> tuple[float, float]:
 
 
 def sent_to(scene: bpy.types.Scene, places: Places) -> list[Sent]:
-    """The light of the lamps, and of the world's sources if the grating reads them."""
-    sent = lamps_sent(scene, places.thing, places.points)
+    """The light of the lamps, and of the world's sources if the grating reads them. A light rig's cards show what is
+    metal, and no colours of diffraction."""
+    sent = lamps_sent(scene, places.thing, places.points, cards=False)
     if lights_of(places.node.node_tree) != LAMPS_ONLY:
         sent += sources_sent(scene, places.points)
     return sent

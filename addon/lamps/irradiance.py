@@ -8,8 +8,9 @@ import numpy as np
 
 from ..blender import stored
 from .find import LUMINANCE
-from .follow import is_unlinked, lamp_count
+from .follow import followed_lamps, has_lost_lamps, is_unlinked, lamp_count
 from .lamp_properties import PROPERTIES, property_name
+from .light_rig import is_card
 from .sky import source_count, source_name
 
 
@@ -26,11 +27,16 @@ class Sent:
     variance: np.ndarray
 
 
-def lamps_sent(scene: bpy.types.Scene, thing: bpy.types.Object, places: np.ndarray) -> list[Sent]:
+def lamps_sent(
+    scene: bpy.types.Scene, thing: bpy.types.Object, places: np.ndarray, *, cards: bool = True
+) -> list[Sent]:
     """The light from each followed lamp at points (n, 3) of an object, in world space, as the scene was last evaluated.
-    Lamps that are dark, or that light linking excludes for the object, are left out."""
+    Lamps that are dark, or that light linking excludes for the object, are left out; without `cards`, also the cards of
+    a light rig."""
     found = []
-    for index in range(lamp_count(scene)):
+    followed = [] if cards or has_lost_lamps(scene) else followed_lamps(scene)
+    left_out = {index for index, lamp in enumerate(followed) if is_card(lamp)}
+    for index in sorted(set(range(lamp_count(scene))) - left_out):
         held = [stored.numbers(scene, property_name(index, what), 4) for what in PROPERTIES]
         if None in held:
             continue

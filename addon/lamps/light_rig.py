@@ -70,6 +70,11 @@ def is_of_rig(thing: bpy.types.Object) -> bool:
     return stored.flag(thing, _RIG)
 
 
+def is_card(lamp: bpy.types.Object) -> bool:
+    """Whether a lamp of a light rig is only there to be reflected."""
+    return is_of_rig(lamp) and not lamp.visible_diffuse
+
+
 def replace_rig(scene: bpy.types.Scene, lamps: Sequence[RigLamp], middle: np.ndarray) -> list[bpy.types.Object]:
     """Remove the lamps of the scene's former rig, and add these. Returns the added objects."""
     collection = _collection_of(scene)

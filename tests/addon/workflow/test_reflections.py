@@ -34,6 +34,8 @@ def test_a_metal_in_a_dim_world_gets_cards_to_reflect(watched, addon, mirror, ca
     (card,) = cards
     assert not card.visible_diffuse and card.data.diffuse_factor == 0 and card.data.energy > 0
     bpy.context.view_layer.update()
+    sent = [len(addon.irradiance.lamps_sent(scene, watched, np.zeros((1, 3)), cards=cards)) for cards in (True, False)]
+    assert sent == [3, 2]  # the checks of colours ignore it
     assert np.allclose(card.matrix_world.col[2].xyz, (0, 0, 1), atol=0.2)  # the plane mirrors the camera's own side
     bpy.ops.grating.lights(lights="LAMPS")
     bpy.ops.grating.light_rig()
