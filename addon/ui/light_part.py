@@ -8,6 +8,7 @@ from ..lamps.lamp_spectrum import SHOWN, fault_of
 from ..operators.bake import BakeGrating
 from ..operators.light import AddDiffractionLamp, AddSkySun, ChooseLights, CountLamp, FitFrames, FitWorld
 from ..operators.mend import MendMaterials
+from ..operators.shared import draw_progress
 from ..workflow.fitting_worlds import is_fitting, last_failure
 from .facts import ANIMATED, NOT_FITTED, Facts, LampFact, SceneFacts
 from .notes import draw_note
@@ -117,7 +118,9 @@ def _draw_world(column, context, scene: SceneFacts) -> None:
     if is_fitting():
         text = translated("finding its bright spots ...")
     draw_note(column, context, f"{context.scene.world.name}: {translated(text)}", icon="WORLD")
-    if text == ANIMATED:
+    if FitFrames.job is not None:
+        draw_progress(column, FitFrames)
+    elif text == ANIMATED:
         column.operator(FitFrames.bl_idname, icon="RENDER_ANIMATION")
     elif scene.has_frames:
         column.operator(FitFrames.bl_idname, text="Fit Frames Again", icon="RENDER_ANIMATION")

@@ -137,7 +137,7 @@ def _covered(scene: bpy.types.Scene, sticker: bpy.types.Object, choice: Sticker)
     """Give a sticker its material. Returns warnings."""
     preset = choice.preset or (FIRST if scene.natural_gratings.active() is None else "")
     if preset:
-        _, _, *warnings = put_preset(scene, preset, [sticker])
+        _, *warnings = put_preset(scene, preset, [sticker])
     else:
         _, *warnings = assign_to_meshes(scene, [sticker])
     if not choice.picture:

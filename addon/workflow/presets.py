@@ -68,13 +68,13 @@ def put_preset(scene: bpy.types.Scene, name: str, objects: list[bpy.types.Object
         source = DirectionSource(AXIS, axis="Z")
         lines = [f"{', '.join(bare)}: no UV map, so the direction follows the object's Z axis; Direction changes it"]
     meshes_among(scene, objects, source)  # first, because it may raise
-    line = import_preset(scene, name)
+    import_preset(scene, name)
     grating = active_grating(scene)
     if bare:
         choose_frame(grating, source)
     if not grating.bake_path:
         bake_and_wait(grating)
-    return [line, *assign_to_meshes(scene, objects), *lines]
+    return [*assign_to_meshes(scene, objects), *lines]
 
 
 def _take_look(grating: Grating, preset: Preset) -> None:
