@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ...precompute.cli.arguments import count, frames_argument, path_argument
 from ..rendering.worker import progress_lines
-from ..workflow.pictures import render_picture
+from ..workflow.rendering_pictures import render_picture
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

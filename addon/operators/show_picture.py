@@ -8,7 +8,7 @@ from ..blender.guard import guarded_draw
 from ..gratings.grating import active_grating
 from .shared import has_grating, report_added
 
-# As in workflow/pictures.py, which is not loaded when Blender starts.
+# As in workflow/rendering_pictures.py, which is not loaded when Blender starts.
 KINDS = (
     ("HEIGHT", "Height Map", "The levelled height map in grey: high is bright"),
     (
@@ -54,7 +54,7 @@ class ShowPicture(bpy.types.Operator):
             self.layout.prop(self, "light_deg")
 
     def execute(self, context):
-        from ..workflow.pictures import show_picture
+        from ..workflow.rendering_pictures import show_picture
 
         if context.window is not None:
             context.window.cursor_set("WAIT")

@@ -32,8 +32,8 @@ def writers(addon, scene, tmp_path):
     kept = scene.render.resolution_percentage
     yield {
         "a.blend": lambda path: addon.written.save_copy(path, compress=True),
-        "a.exr": lambda path: addon.pictures.render_picture(path, engine="cycles", samples=1, width=64, height=48),
-        "a.png": lambda path: addon.pictures.render_picture(path, width=64, height=48),
+        "a.exr": lambda path: addon.rendering_pictures.render_picture(path, engine="cycles", samples=1, width=64, height=48),
+        "a.png": lambda path: addon.rendering_pictures.render_picture(path, width=64, height=48),
         "map.exr": lambda path: addon.combing.write_map(image, path),
     }
     scene.render.resolution_percentage = kept

@@ -52,7 +52,7 @@ def test_an_appended_material_becomes_a_grating(file, addon, capfd):
     assert "Not in the list: Diffraction waves" in layout.noted("INFO") and "grating.adopt" in layout.operators
     assert "Diffraction waves: is now the grating waves" in reports(bpy.ops.grating.adopt, capfd)
     (made,) = gratings()
-    shown = made.lights, made.shadows, made.skin_nodes, made.frame_kind, made.frame_axis
+    shown = made.lights, made.shadows, made.footprint, made.frame_kind, made.frame_axis
     assert shown == ("LAMPS", False, False, "AXIS", "Y")
     assert made.baked_file().is_file() and made.group.name == made.material.name == "Diffraction waves"
     layout = drawn(addon)

@@ -126,5 +126,5 @@ def test_a_fault_while_drawing_switches_the_overlay_off_once(scene, addon, capfd
 
 def test_nothing_is_drawn_in_background(scene, addon):
     assert not bpy.ops.grating.show_direction.poll()
-    addon.package.show_direction.set_shown(False)
-    assert not addon.package.show_direction.ShowDirection.on
+    addon.package.direction.set_shown(False)
+    assert not addon.package.direction.ShowDirection.on

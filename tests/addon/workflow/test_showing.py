@@ -31,7 +31,7 @@ def drafts(extension, tmp_path_factory):
 @pytest.fixture
 def shipped(addon, drafts, monkeypatch):
     """The folder of the drafts that the extension ships."""
-    module = addon.taking_drafts
+    module = addon.baking
     monkeypatch.setattr(module, "shipped_draft", partial(module.shipped_draft, folder=drafts))
     return drafts
 
