@@ -29,11 +29,11 @@ def writers(addon, scene, tmp_path):
     scene.camera = camera
     image = bpy.data.images.new("noise", 64, 64, float_buffer=True)
     image.pixels.foreach_set(np.random.default_rng(0).random(64 * 64 * 4, np.float32))
-    kept = scene.render.resolution_percentage
+    kept, rendering = scene.render.resolution_percentage, addon.rendering_pictures
     yield {
         "a.blend": lambda path: addon.written.save_copy(path, compress=True),
-        "a.exr": lambda path: addon.rendering_pictures.render_picture(path, engine="cycles", samples=1, width=64, height=48),
-        "a.png": lambda path: addon.rendering_pictures.render_picture(path, width=64, height=48),
+        "a.exr": lambda path: rendering.render_picture(path, engine="cycles", samples=1, width=64, height=48),
+        "a.png": lambda path: rendering.render_picture(path, width=64, height=48),
         "map.exr": lambda path: addon.combing.write_map(image, path),
     }
     scene.render.resolution_percentage = kept
