@@ -55,7 +55,7 @@ def test_a_request_comes_back():
     ({"scans": [{"source": "\ud800"}]}, "scans: source: no name"), ({"scans": [{**SCAN, "channel": 1}]}, "scans"),
     ({"scans": [{**SCAN, "size_um": True}]}, "scans: size_um: give a number"),
     ({"scans": [{**SCAN, "size_um": 1e-9}]}, "scans: size_um: give a number from 0.001"),
-    ({"scans": [{**SCAN, "height_nm": 1e9}]}, "scans: height_nm: give a number from 0.001 to 1e.06"),
+    ({"scans": [{**SCAN, "height_nm": 2e9}]}, "scans: height_nm: give a number from 0.001 to 1e.09"),
 ])  # fmt: skip
 def test_what_no_bake_can_have_is_refused(record, fault):
     fault = fault.replace(": give", ": cannot be .*; give")

@@ -70,5 +70,5 @@ def test_the_fields_survive_the_process(tmp_path):
     Image.new("L", (8, 8)).save(path)
     done = run("bake", str(path), "-o", str(tmp_path / "out"), "--progress", "json")
     assert fields(failure_in(done.stderr.splitlines())) == (
-        str(path), "a picture carries no size", ("give ", Setting.SIZE_UM, ", the width of the scan in micrometres"),
+        str(path), "a picture stores no width", ("give ", Setting.SIZE_UM, ", the width of the scan in micrometres"),
     )  # fmt: skip
