@@ -224,8 +224,8 @@ def _squared(amplitude: np.ndarray) -> np.ndarray:
     return amplitude.real**2 + amplitude.imag**2
 
 
-# Texels on each side of a tile's inner texels, and columns that a tile takes beside the A r^l of its inner texels.
-_LEVEL_RIM, _BESIDE = 2, 6
+# Columns that a tile takes beside the A r^l of its inner texels.
+_BESIDE = 6
 
 
 @dataclass(frozen=True)
@@ -244,7 +244,7 @@ def places_of(
     """The places of all levels' tiles, and rows and columns of the cell, for `inner` rows and columns of level 0."""
     r = ratio**-0.5
     shares = [1.0, *(r**level / coarser for level in range(1, levels))]
-    tiles = [[math.ceil((count - 1) * share - 1e-9) + 1 + 2 * _LEVEL_RIM for count in inner] for share in shares]
+    tiles = [[math.ceil((count - 1) * share - 1e-9) + 1 + 2 * _RIM for count in inner] for share in shares]
     begins = [(inner[1] - 1) * math.fsum(shares[:level]) + _BESIDE * level for level in range(levels + 1)]
     phase = _phase([each % 1 for each in begins])
     columns = [math.floor(each + phase) for each in begins]

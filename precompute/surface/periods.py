@@ -183,8 +183,6 @@ _BAND, _BAND_BINS, _FLANK, _LOBE = 1.5, 12, 0.2, 2.0
 _ALIKE = 0.7
 # The harmonics of a grating with fewer lines are so close together that any peak would count as one.
 _FEWEST_LINES = 6
-# The largest distance of a harmonic from a multiple of its grating's frequency, in bins.
-_LINE_BINS = 1.0
 # A quartile needs _FEWEST bins; if there are fewer, the range extends to _FAR bins beyond the peak.
 _FEWEST, _FAR = 8, 64
 
@@ -233,7 +231,7 @@ def _is_along(spectrum: Spectrum, peak: tuple[int, int]) -> bool:
 def _is_harmonic(frequency: float, gratings: list[float]) -> bool:
     """Whether a frequency is a multiple of a grating's frequency."""
     return any(
-        each >= _FEWEST_LINES and abs(frequency - round(frequency / each) * each) <= _LINE_BINS for each in gratings
+        each >= _FEWEST_LINES and abs(frequency - round(frequency / each) * each) <= _HARMONIC_BINS for each in gratings
     )
 
 
@@ -337,7 +335,7 @@ _ABOVE_MEDIAN = 50.0
 # The same ratio for a wave of two or three times a peak's length. It lies in one of 18 bins; noise reaches this ratio
 # in one of them for one in 3,000 peaks.
 _FUNDAMENTAL_ABOVE_MEDIAN = 16.0
-# The largest measured distance of a harmonic from a multiple of its wave's frequency, in bins.
+# The largest measured distance of a harmonic from a multiple of its wave's or its grating's frequency, in bins.
 _HARMONIC_BINS = 1.0
 # Line noise fills the lowest horizontal frequencies, which the window's lobe about 0 covers.
 _NOISE_COLUMNS = 3

@@ -458,9 +458,6 @@ def _tip(centre: np.ndarray, height_map: HeightMap) -> Finding:
     return Finding("tip", light, sentence, rounded)
 
 
-_ROWS_DESCRIBED_AT_ONCE = 256
-
-
 @dataclass(frozen=True)
 class Description:
     """The facts of a height map; see `describe`.
@@ -592,8 +589,8 @@ def _levelled(height_map: HeightMap, plane: Plane) -> tuple[float, float, float]
 
     It levels a few rows at a time, since all levelled heights would take as much memory as the scan."""
     lows, highs, total, count = [], [], 0.0, 0
-    for start in range(0, height_map.rows, _ROWS_DESCRIBED_AT_ONCE):
-        level = plane.level_part(height_map, (slice(start, start + _ROWS_DESCRIBED_AT_ONCE), slice(None)))
+    for start in range(0, height_map.rows, _ROWS_AT_ONCE):
+        level = plane.level_part(height_map, (slice(start, start + _ROWS_AT_ONCE), slice(None)))
         level = level[np.isfinite(level)]
         count += level.size
         if level.size:

@@ -247,7 +247,6 @@ _LEAST_BLOCK = 64
 # A spike below this share of the relief's standard deviation changes no colour. Without this floor, a relief that is
 # flat almost everywhere (8-bit steps) would have spikes wherever it is not.
 _SPIKE_FLOOR = 0.02
-_ROWS_MENDED_AT_ONCE = 256
 
 
 def remove_scars(height_map: HeightMap, times: float) -> Done:
@@ -330,8 +329,8 @@ def _with_neighbours(height: np.ndarray) -> Iterator[np.ndarray]:
     All rows at once would take nine times the memory of the heights."""
     rows, cols = height.shape
     around = np.pad(height, 1, constant_values=np.nan)
-    for start in range(0, rows, _ROWS_MENDED_AT_ONCE):
-        stop = min(rows, start + _ROWS_MENDED_AT_ONCE)
+    for start in range(0, rows, _ROWS_AT_ONCE):
+        stop = min(rows, start + _ROWS_AT_ONCE)
         yield np.stack([around[start + dy : stop + dy, dx : dx + cols] for dy in range(3) for dx in range(3)])
 
 
