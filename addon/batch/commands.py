@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from ...precompute.base.failure import GratingError
 from ...precompute.cli.parser import OneLineParser, exit_status
 from ...precompute.cli.printing import check_targets
-from ..blender.compat import in_window
+from ..blender.session import in_window
 from .opened_file import check_opened
 
 # Modules of this folder with add_arguments(parser) and run(arguments), and help texts.

@@ -11,7 +11,7 @@ from typing import Any
 
 import bpy
 
-from ..blender.compat import has_window
+from ..blender.session import has_window
 from ..gratings.grating import Grating
 from ..materials.group_properties import is_diffraction, lights_of
 from ..materials.material import diffraction_nodes, shown_by

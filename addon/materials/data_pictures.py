@@ -7,7 +7,7 @@ picture cannot be protected from this, so the add-on only warns."""
 import bpy
 
 from ..blender import compat, mesa
-from ..blender.compat import has_window
+from ..blender.session import has_window
 from ..blender.working_space import unknown_space
 from ..direction.tangent_frame import frame_maps_in
 from .group_properties import diffraction_groups

@@ -17,6 +17,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, St
 
 from ...precompute.base.failure import GratingError
 from ..blender.guard import guarded_draw
+from ..blender.session import redraw_views
 from ..gratings.direction_source import AXES, AXIS, COMB_SOURCES, FRAME_MAP, KINDS, RADIAL, UV_MAP, DirectionSource
 from ..gratings.grating import active_grating
 from .shared import (
@@ -25,7 +26,6 @@ from .shared import (
     has_grating,
     has_selected_mesh,
     in_object_mode,
-    redraw_views,
     report_failure,
     report_lines,
 )
@@ -163,7 +163,7 @@ class ShowDirection(bpy.types.Operator):
 
     def execute(self, context):
         set_shown(not ShowDirection.on)
-        redraw_views(context)
+        redraw_views()
         return {"FINISHED"}
 
 
@@ -179,7 +179,7 @@ def set_shown(on: bool) -> None:
 def _note_fault(line: str) -> None:
     """Record why the overlay switched itself off; the panel shows it."""
     ShowDirection.on, ShowDirection.fault = False, line
-    redraw_views(bpy.context)
+    redraw_views()
 
 
 class BakeDirectionMap(bpy.types.Operator):

@@ -59,7 +59,7 @@ class PaintInput(bpy.types.Operator):
             layout.prop_search(self, "group", context.active_object, "vertex_groups")
 
     def execute(self, context):
-        from ..blender.compat import has_window
+        from ..blender.session import has_window
         from ..workflow.painting_inputs import paint_input
 
         try:

@@ -19,6 +19,7 @@ from bpy.props import StringProperty
 
 from ...precompute.base.failure import GratingError, printable
 from ..blender.guard import guarded_draw, guarded_modal
+from ..blender.session import redraw_views
 from ..gratings.grating import unused_name
 from ..gratings.wording import in_one_line, in_words, translated
 
@@ -176,7 +177,7 @@ class FollowsJob(OperatorMixin):
             return {"PASS_THROUGH"}
         if cls.job.running:
             context.workspace.status_text_set(_draw_status)
-            redraw_views(context)
+            redraw_views()
             return {"PASS_THROUGH"}
         job, cls.job = cls.job, None
         self._end_modal(context)
@@ -194,7 +195,7 @@ class FollowsJob(OperatorMixin):
     def _end_modal(self, context) -> None:
         context.window_manager.event_timer_remove(self._timer)
         context.workspace.status_text_set(None)
-        redraw_views(context)
+        redraw_views()
 
 
 class CancelJob(bpy.types.Operator):
@@ -245,14 +246,6 @@ def _is_meant(context, event) -> bool:
     if (event.type, event.value) != ("ESC", "PRESS") or area is None or context.screen.is_animation_playing:
         return False
     return 0 <= event.mouse_x - area.x < area.width and 0 <= event.mouse_y - area.y < area.height
-
-
-def redraw_views(context) -> None:
-    """Redraw all 3D views and their panels."""
-    for window in context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == "VIEW_3D":
-                area.tag_redraw()
 
 
 class FollowsBake(FollowsJob):

@@ -18,8 +18,8 @@ import bpy
 
 from ...precompute.base.failure import GratingError
 from ..blender import compat
-from ..blender.compat import STILL, change_count, has_window, redraw_views, seconds_until_still
 from ..blender.guard import guarded
+from ..blender.session import STILL, change_count, has_window, redraw_views, seconds_until_still
 from ..direction.uv_maps import has_uv_map
 from ..gratings.bakes import is_asked_by_earlier_version, is_asked_otherwise
 from ..gratings.direction_source import AXIS

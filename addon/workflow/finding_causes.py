@@ -8,7 +8,7 @@ from typing import Any
 
 import bpy
 
-from ..blender.compat import has_window
+from ..blender.session import has_window
 from ..cameras.seen_surfaces import ViewPixels
 from ..causes.seen_causes import Seen, badly_lit, few_colours, outside_bake, seen, shaded, unseen
 from ..causes.setting_causes import (

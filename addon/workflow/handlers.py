@@ -21,8 +21,8 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ..blender import mesa
-from ..blender.compat import STILL, has_window, is_rendering, note_change, seconds_until_still
 from ..blender.guard import guarded
+from ..blender.session import STILL, has_window, is_rendering, note_change, seconds_until_still
 from ..lamps.follow import follow_lamps, followed_lamps, has_lost_lamps, left_out_lamps, stop_following
 from ..lamps.lamp_spectrum import FIELD
 from ..lamps.rendered_lamps import show_as_rendered

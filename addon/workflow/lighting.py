@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import bpy
 
 from ...precompute.base.failure import GratingError
-from ..blender.compat import has_window
+from ..blender.session import has_window
 from ..lamps.find import (
     COUNTS,
     LAMPS_MAX,

@@ -8,7 +8,7 @@ import bpy
 from mathutils import Vector
 
 from ...precompute.base.failure import GratingError
-from ..blender.compat import has_window
+from ..blender.session import has_window
 from ..blender.working_space import show_pure_colours
 from ..causes.seen_causes import WELL_LIT
 from ..causes.setting_causes import set_number, why_dark

@@ -19,7 +19,7 @@ from mathutils import Matrix
 
 from ...precompute.base.failure import GratingError
 from ...precompute.presets.presets import SNAKES, Preset, read_preset
-from ..blender.compat import has_window
+from ..blender.session import has_window
 from ..direction.uv_maps import has_uv_map
 from ..gratings.direction_source import AXIS, DIRECTION_REMEDY, RADIAL, STORED, DirectionSource
 from ..gratings.grating import Grating, active_grating, request_record, unused_name

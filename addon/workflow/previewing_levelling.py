@@ -11,8 +11,8 @@ import bpy
 import bpy.utils.previews
 
 from ...precompute.base.failure import GratingError
-from ..blender.compat import STILL, redraw_views
 from ..blender.guard import guarded
+from ..blender.session import STILL, redraw_views
 from ..gratings.grating import Grating
 
 if TYPE_CHECKING:

@@ -26,8 +26,8 @@ from ...precompute.base.failure import GratingError
 from ...precompute.base.strict import read_json
 from ...precompute.world_sources.sources import Source
 from ..blender import compat
-from ..blender.compat import is_rendering
 from ..blender.guard import absolute
+from ..blender.session import is_rendering
 from ..blender.working_space import working_space
 from ..jobs.child import background_blender
 from .second_blender import stand_alone

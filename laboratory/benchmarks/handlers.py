@@ -105,7 +105,7 @@ def measured(addon: SimpleNamespace, repeat: int) -> dict[str, float]:
                 start = time.perf_counter()
                 addon.panel.GratingPanel.draw(SimpleNamespace(layout=Layout()), context)
                 spent["panel's redraw"].append(time.perf_counter() - start)
-            time.sleep(addon.compat.STILL)
+            time.sleep(addon.session.STILL)
             start = time.perf_counter()
             addon.handlers._follow_when_still()
             addon.facts._find_again()

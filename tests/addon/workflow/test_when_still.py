@@ -34,7 +34,7 @@ def window(addon, scene, monkeypatch):
 
 def be_still(addon):
     """Let the timers run after a moment without changes."""
-    time.sleep(addon.compat.STILL)
+    time.sleep(addon.session.STILL)
     for timer in (addon.handlers._follow_when_still, addon.facts._find_again):
         if bpy.app.timers.is_registered(timer):
             assert timer() is None
@@ -152,7 +152,7 @@ def test_looking_at_everything_changes_nothing_and_ends(addon, scene, grating, w
     for _ in range(2):
         bpy.context.view_layer.update()
         assert bpy.app.timers.is_registered(addon.handlers._follow_when_still)
-        time.sleep(addon.compat.STILL)
+        time.sleep(addon.session.STILL)
         assert addon.handlers._follow_when_still() is None
         bpy.app.timers.unregister(addon.handlers._follow_when_still)  # as Blender does then
         bpy.context.view_layer.update()
