@@ -9,30 +9,20 @@ import bpy
 from .gratings import bakes, grating, levelling_steps, material_look, replaced_material
 from .lamps import lamp_spectrum
 from .operators import (
-    add_diffraction,
     add_grating,
-    add_hologram,
     add_node,
     add_preset,
-    add_snake,
-    add_sticker,
-    adopt,
+    add_things,
     assign,
     bake,
     direction,
-    import_height_map,
+    import_files,
     level_steps,
     light,
-    load_bake,
     make_assets,
-    mend,
-    new_material,
-    paint_input,
-    remove_grating,
     shared,
-    show_me,
     show_picture,
-    vary_grating,
+    vary,
     why_black,
 )
 from .ui import (
@@ -46,7 +36,7 @@ from .ui import (
     preset_pictures,
     steps_panel,
 )
-from .workflow import exporting, handlers, previewing_levelling
+from .workflow import exporting, handlers, levelling
 
 # Registration order: a property group comes before the property groups that hold it.
 CLASSES = (
@@ -56,10 +46,10 @@ CLASSES = (
     grating.SceneGratings,
     replaced_material.ReplacedMaterial,
     shared.CancelJob,
-    import_height_map.ImportHeightMap,
-    import_height_map.DropHeightMap,
-    load_bake.LoadBake,
-    load_bake.DropBake,
+    import_files.ImportHeightMap,
+    import_files.DropHeightMap,
+    import_files.LoadBake,
+    import_files.DropBake,
     add_grating.AddGrating,
     add_preset.AddPreset,
     add_preset.LoadPreset,
@@ -67,39 +57,39 @@ CLASSES = (
     add_node.AddGratingNode,
     add_node.AddPresetNode,
     add_node.AddPatternNode,
-    show_me.ShowMe,
-    show_me.BackFromShow,
+    add_preset.ShowMe,
+    add_preset.BackFromShow,
     make_assets.MakeAssets,
     make_assets.RemoveAssets,
-    remove_grating.RemoveGrating,
+    add_grating.RemoveGrating,
     level_steps.AddLevellingStep,
     level_steps.RemoveLevellingStep,
     level_steps.MoveLevellingStep,
     level_steps.LevellingAsText,
     bake.BakeGrating,
     bake.BakeNeeds,
-    new_material.NewDiffractionMaterial,
+    assign.NewDiffractionMaterial,
     assign.AssignToSelected,
-    add_diffraction.AddDiffraction,
-    add_diffraction.RemoveDiffraction,
-    mend.MendMaterials,
-    adopt.AdoptMaterials,
+    assign.AddDiffraction,
+    assign.RemoveDiffraction,
+    assign.MendMaterials,
+    assign.AdoptMaterials,
     light.AddSun,
     light.AddSkySun,
     light.AddDiffractionLamp,
     light.AddLightRig,
-    add_snake.AddSnake,
-    add_snake.AddShedSkin,
-    add_sticker.AddSticker,
+    add_things.AddSnake,
+    add_things.AddShedSkin,
+    add_things.AddSticker,
     light.ChooseLights,
     light.CountLamp,
     bake.ChooseQuality,
     direction.CombGrating,
     direction.ChooseDirection,
-    vary_grating.VaryGrating,
-    add_hologram.AddHologram,
-    paint_input.PaintInput,
-    paint_input.UnpaintInput,
+    vary.VaryGrating,
+    vary.AddHologram,
+    vary.PaintInput,
+    vary.UnpaintInput,
     light.FitFrames,
     light.FitWorld,
     bake.NewOslReference,
@@ -141,10 +131,9 @@ def register() -> None:
     setattr(bpy.types.Light, lamp_spectrum.SHOWN, lamp_spectrum.shown_field())
     setattr(bpy.types.WindowManager, preset_pictures.CHOSEN, preset_pictures.chosen_preset())
     setattr(bpy.types.WindowManager, folds.FOLDS, bpy.props.PointerProperty(type=folds.Folds))  # type: ignore[func-returns-value]  # as above
-    bpy.types.TOPBAR_MT_file_import.append(import_height_map.menu_entry)
-    bpy.types.TOPBAR_MT_file_import.append(load_bake.menu_entry)
+    bpy.types.TOPBAR_MT_file_import.append(import_files.menu_entries)
     bpy.types.VIEW3D_MT_light_add.append(light.menu_entry)
-    bpy.types.VIEW3D_MT_mesh_add.append(add_snake.menu_entry)
+    bpy.types.VIEW3D_MT_mesh_add.append(add_things.menu_entry)
     bpy.types.VIEW3D_MT_object.append(object_menu.menu_entry)
     bpy.types.NODE_MT_shader_node_add_all.append(add_node.menu_entry)
     for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
@@ -160,7 +149,7 @@ def unregister() -> None:
     bpy.utils.unregister_cli_command(_command)
     for follower in shared.followers():
         follower.stop()
-    previewing_levelling.stop()
+    levelling.stop()
     facts.stop()
     direction.set_shown(False)
     exporting.unregister()
@@ -169,10 +158,9 @@ def unregister() -> None:
         after.remove(bakes.recall_bakes)
     bpy.types.VIEW3D_MT_object.remove(object_menu.menu_entry)
     bpy.types.NODE_MT_shader_node_add_all.remove(add_node.menu_entry)
-    bpy.types.VIEW3D_MT_mesh_add.remove(add_snake.menu_entry)
+    bpy.types.VIEW3D_MT_mesh_add.remove(add_things.menu_entry)
     bpy.types.VIEW3D_MT_light_add.remove(light.menu_entry)
-    bpy.types.TOPBAR_MT_file_import.remove(load_bake.menu_entry)
-    bpy.types.TOPBAR_MT_file_import.remove(import_height_map.menu_entry)
+    bpy.types.TOPBAR_MT_file_import.remove(import_files.menu_entries)
     delattr(bpy.types.Light, lamp_spectrum.SHOWN)
     delattr(bpy.types.Light, lamp_spectrum.FIELD)
     delattr(bpy.types.Object, replaced_material.REPLACED)

@@ -137,7 +137,7 @@ def import_dialog() -> Steps:
 
 def bake(delta_e: float, name: str, text: str) -> Steps:
     """Set the colour error, press Bake, watch the progress bar, and wait for the end."""
-    operator = part("operators.bake_grating").BakeGrating
+    operator = part("operators.bake").BakeGrating
     grating().delta_e = delta_e
     bpy.ops.ed.undo_push(message="colour error")
     yield from press_button("bpy.ops.grating.bake")
@@ -324,7 +324,7 @@ def without_a_scan() -> Steps:
 
 def another_file() -> Steps:
     """Opening another file ends a running bake."""
-    operator = part("operators.bake_grating").BakeGrating
+    operator = part("operators.bake").BakeGrating
     grating().delta_e = 0.4
     yield from press_button("bpy.ops.grating.bake")
     job = operator.job

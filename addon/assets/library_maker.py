@@ -13,10 +13,10 @@ from ...precompute.presets.presets import Preset, read_preset
 from ..blender.compat import prefer_append
 from ..blender.written import check_blend
 from ..gratings.grating import active_grating
-from ..workflow.adding_holograms import fit_hologram_later
 from ..workflow.baking import bake_and_wait
 from ..workflow.making_materials import working_material
 from ..workflow.presets import import_preset
+from ..workflow.varying_inputs import fit_hologram_later
 from .catalogs import catalog_id, tags_of
 
 _PICTURES = Path(__file__).parents[1] / "ui" / "thumbnails"

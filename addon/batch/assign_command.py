@@ -14,9 +14,9 @@ from ..materials.holograms.hologram_nodes import input_set_by_artist
 from ..materials.material import diffraction_nodes
 from ..materials.skin import SETTABLE
 from ..workflow.assigning import add_to_meshes, assign_to_meshes
-from ..workflow.fitting_frames import fit_frames
-from ..workflow.lighting import warnings_about
-from ..workflow.loading_bakes import bake_file, index_of
+from ..workflow.importing import bake_file, index_of
+from ..workflow.lights.fitting_frames import fit_frames
+from ..workflow.lights.lighting import warnings_about
 from ..workflow.making_materials import refresh_group
 from .chosen import add_objects, add_save, chosen_objects, save, setting
 

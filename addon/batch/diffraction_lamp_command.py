@@ -8,7 +8,7 @@ from mathutils import Vector
 
 from ...precompute.base.failure import GratingError, printable
 from ...precompute.cli.arguments import name_argument, number
-from ..workflow.adding_diffraction_lamps import add_diffraction_lamp, shows_grating
+from ..workflow.lights.adding_diffraction_lamps import add_diffraction_lamp, shows_grating
 from .chosen import add_save, save
 
 _ANYWHERE = number(-1e6, 1e6)

@@ -8,7 +8,7 @@ import bpy
 from ...precompute.base.failure import GratingError, printable
 from ...precompute.cli.arguments import name_argument
 from ..materials.holograms.patterns import NONE, OWN_INPUTS, PATTERNS, PICTURE
-from ..workflow.adding_holograms import Hologram, add_hologram
+from ..workflow.varying_inputs import Hologram, add_hologram
 from .chosen import add_objects, add_save, chosen_meshes, save, setting
 
 

@@ -27,10 +27,9 @@ from ..materials.skin import SETTABLE
 from ..rendering import worker
 from ..rendering.picture_setup import Base, set_up
 from ..workflow.assigning import add_to_meshes, assign_to_meshes
-from ..workflow.baking import bake_and_wait
+from ..workflow.baking import bake_and_wait, measure_needs
 from ..workflow.importing import add_averaged
 from ..workflow.making_materials import refresh_group
-from ..workflow.measuring_needs import measure_needs
 from ..workflow.presets import add_preset, show_preset
 from .assign_command import set_inputs
 from .chosen import chosen_objects, setting

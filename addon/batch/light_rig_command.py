@@ -9,8 +9,8 @@ from ...precompute.base.failure import GratingError, printable
 from ...precompute.cli.arguments import number
 from ..lamps.light_rig import SUN
 from ..operators.light import KINDS
-from ..workflow.adding_diffraction_lamps import shows_grating
-from ..workflow.adding_light_rigs import Rig, add_light_rig, carriers
+from ..workflow.lights.adding_diffraction_lamps import shows_grating
+from ..workflow.lights.adding_light_rigs import Rig, add_light_rig, carriers
 from .chosen import add_objects, add_save, chosen_meshes, save
 
 

@@ -8,7 +8,7 @@ import bpy
 from ...precompute.base.failure import GratingError, printable
 from ...precompute.cli.arguments import name_argument
 from ..gratings.grating import LIGHTS
-from ..workflow.lighting import keep_lamp
+from ..workflow.lights.lighting import keep_lamp
 from ..workflow.making_materials import choose_lights
 from .chosen import add_gratings, add_save, chosen_gratings, save
 
@@ -47,9 +47,6 @@ def run(arguments: argparse.Namespace) -> None:
     for grating in gratings:
         if arguments.shadows:
             grating.shadows = arguments.shadows == "on"
-        lights = arguments.lights.upper() if arguments.lights else grating.lights
-        warnings = choose_lights(grating, lights)
-        label = next(label for name, label, _ in LIGHTS if name == lights)
-        lines += [f"{grating.name}: {label}, shadows {'on' if grating.shadows else 'off'}", *warnings]
+        lines += choose_lights(grating, arguments.lights.upper() if arguments.lights else grating.lights)
     save(arguments.save)
     print("\n".join(map(printable, lines)))

@@ -14,8 +14,7 @@ from ...precompute.cli.arguments import add_json, add_progress, count, path_argu
 from ...precompute.cli.bake_verb import progress_of
 from ...precompute.cli.printing import emit
 from ..gratings.wording import in_one_line
-from ..workflow.baking import finished_bake, record_bake
-from ..workflow.measuring_needs import measure_needs, no_smaller, request_with
+from ..workflow.baking import finished_bake, measure_needs, no_smaller, record_bake, request_with
 from .chosen import add_grating, add_save, chosen_grating, save
 
 _FRAME = count(-(1 << 20), 1 << 20)

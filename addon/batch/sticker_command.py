@@ -9,7 +9,7 @@ import bpy
 from ...precompute.base.failure import printable
 from ...precompute.cli.arguments import name_argument, number
 from ...precompute.presets.presets import read_preset
-from ..workflow.adding_stickers import FIRST, Sticker, add_sticker
+from ..workflow.adding_things import FIRST, Sticker, add_sticker
 from .chosen import add_objects, add_save, chosen_meshes, save
 
 

@@ -9,7 +9,7 @@ import bpy
 from ...precompute.base.failure import GratingError, printable
 from ...precompute.cli.arguments import name_argument, number
 from ..gratings.grating import ATTRIBUTE, NOISE, Variation
-from ..workflow.loading_bakes import index_of
+from ..workflow.importing import index_of
 from ..workflow.making_materials import vary
 from .chosen import add_save, save
 

@@ -89,7 +89,7 @@ class Cause:
 
 
 def mend(action: str, text: str) -> Button:
-    """The button that does an action of workflow/mending_causes.py."""
+    """The button that does an action of workflow/finding_causes.py."""
     return Button("grating.mend_cause", text, {"action": action})
 
 

@@ -4,8 +4,8 @@
 
 A source is a compact bright part of the world, such as the sun in a sky or a window in an HDRI. The surface treats it
 as a sun. The properties of source `i` are named `ng_world_<i>_<what>` and have no drivers. When the world changes, the
-sources are removed (workflow/fitting_worlds.py), and the closures take over all light of the world. The sources of an
-animated world have a key in each fitted frame; in other frames they have no light.
+sources are removed (workflow/lights/fitting_worlds.py), and the closures take over all light of the world. The sources
+of an animated world have a key in each fitted frame; in other frames they have no light.
 
     place   unit vector to the source; -1 - its variance in rad2 along one axis
     power   its irradiance, W/m2, in the scene's linear RGB; 1, because shadow rays go to its centre

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Adds a grating by its parameters, without a scan."""
+"""Adds a grating by its parameters, without a scan, and removes a grating from the list."""
 
 import bpy
 from bpy.props import EnumProperty, FloatProperty, IntProperty
 
 from ..blender.guard import guarded, guarded_draw
 from ..gratings.grating import scan_record
-from .shared import report_added
+from .shared import Acts, has_grating
 
 # As in precompute/surface/generated/kinds.py, which is not loaded when Blender starts.
 _KINDS = (
@@ -40,7 +40,7 @@ def _kind_of(operator):
     return KINDS[operator.kind.lower()]
 
 
-class AddGrating(bpy.types.Operator):
+class AddGrating(Acts, bpy.types.Operator):
     """Add a grating by its period, depth and disorder to the scene's gratings. It needs no scan"""
 
     bl_idname = "grating.add_grating"
@@ -125,7 +125,7 @@ class AddGrating(bpy.types.Operator):
         _take_defaults(self, kept=[name for name in _kind_of(self).defaults if self.properties.is_property_set(name)])
         return context.window_manager.invoke_props_dialog(self, width=360)
 
-    def execute(self, context):
+    def act(self, context):
         from ...precompute.surface.generated.parameters import text_of
         from ..workflow.importing import import_scans
 
@@ -133,4 +133,25 @@ class AddGrating(bpy.types.Operator):
         given = {n: getattr(self, n) for n in _kind_of(self).defaults if self.properties.is_property_set(n)}
         values = {name: value if name == "seed" else float(f"{value:.7g}") for name, value in given.items()}
         record = scan_record(text_of(self.kind.lower(), values), 0.0, 0.0, channel="")
-        return report_added(self, lambda: import_scans(context.scene, [record]))
+        return import_scans(context.scene, [record])
+
+
+class RemoveGrating(bpy.types.Operator):
+    """Remove the active grating from the list. Its materials and its bake stay"""
+
+    bl_idname = "grating.remove"
+    bl_label = "Remove Grating"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        return has_grating(cls, context)
+
+    def execute(self, context):
+        from ..workflow.lights.fitting_worlds import forget_unread_sources
+
+        gratings = context.scene.natural_gratings
+        gratings.items.remove(gratings.active_index)
+        gratings.active_index = min(gratings.active_index, max(len(gratings.items) - 1, 0))
+        forget_unread_sources()
+        return {"FINISHED"}

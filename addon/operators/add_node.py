@@ -6,17 +6,16 @@ from typing import TYPE_CHECKING
 import bpy
 from bpy.props import EnumProperty, StringProperty
 
-from ...precompute.base.failure import GratingError
 from ..blender.guard import guarded, guarded_draw
 from ..materials.holograms.patterns import NONE, PATTERNS, PICTURE
 from .add_preset import presets
-from .shared import OperatorMixin, report_failure, report_lines
+from .shared import Acts
 
 if TYPE_CHECKING:
     from ..workflow.presets import Place
 
 
-class AddsNode(OperatorMixin):
+class AddsNode(Acts):
     """An operator that adds a node, which then follows the mouse. A subclass adds `put`."""
 
     def put(self, scene: bpy.types.Scene, place: "Place") -> list[str]:
@@ -45,15 +44,12 @@ class AddsNode(OperatorMixin):
             bpy.ops.node.translate_attach_remove_on_cancel("INVOKE_DEFAULT")
         return done
 
-    def execute(self, context):
+    def act(self, context):
         from ..workflow.presets import Place
 
         space = context.space_data
         place = Place(space.id, space.edit_tree, tuple(space.cursor_location))
-        try:
-            return report_lines(self, self.put(context.scene, place))
-        except GratingError as error:
-            return report_failure(self, error)
+        return self.put(context.scene, place)
 
 
 def shows_material(space: bpy.types.Space | None) -> bool:

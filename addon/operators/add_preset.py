@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Adds a preset: a ready-made surface with its matter and the look of its material. It is one of the extension's, or
-an artist's own file."""
+an artist's own file. Shows a preset in a new scene, and returns to the artist's scene."""
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, StringProperty
 
 from ...precompute.base.failure import GratingError
-from .load_bake import LoadsFiles, takes_drops
-from .shared import report_added, report_failure, report_lines, selected_meshes
+from .import_files import LoadsFiles, takes_drops
+from .shared import Acts, in_object_mode, selected_meshes
 
 # Blender keeps no reference to the texts of a dynamic enumeration, so they are kept here. Read at the first use.
 _items: list[tuple[str, str, str]] = []
@@ -33,7 +33,7 @@ def _item(name: str) -> tuple[str, str, str]:
     return name, preset.title, f"{preset.request.scans[0].source}; matter: {preset.request.matter}"
 
 
-class AddPreset(bpy.types.Operator):
+class AddPreset(Acts, bpy.types.Operator):
     """Add a ready-made surface to the scene's gratings, with its matter and the look of its material, and put it on the
     selected meshes. It needs no scan, and shows at once at draft quality"""
 
@@ -47,15 +47,12 @@ class AddPreset(bpy.types.Operator):
         name="Assign", description="Also put it on the selected meshes", default=True, options={"SKIP_SAVE"}
     )
 
-    def execute(self, context):
+    def act(self, context):
         from ..workflow.presets import import_preset, put_preset
 
         if self.assign and selected_meshes(context):
-            try:
-                return report_lines(self, put_preset(context.scene, self.preset, context.selected_objects))
-            except GratingError as error:
-                return report_failure(self, error)
-        return report_added(self, lambda: [import_preset(context.scene, self.preset)])
+            return put_preset(context.scene, self.preset, context.selected_objects)
+        return [import_preset(context.scene, self.preset)]
 
 
 class LoadPreset(LoadsFiles, bpy.types.Operator):  # type: ignore[misc]  # both bases define `check`
@@ -85,3 +82,49 @@ class DropPreset(bpy.types.FileHandler):
     def poll_drop(cls, context):
         """Whether a file may be dropped here."""
         return takes_drops(context)
+
+
+class ShowMe(Acts, bpy.types.Operator):
+    """Show a preset in a new scene with its own lamps, camera and rendered view. Your scene stays as it is"""
+
+    bl_idname = "grating.show_me"
+    bl_label = "Show Me"
+    bl_options = {"REGISTER", "UNDO"}
+
+    preset: EnumProperty(name="Preset", description="Ready-made surface to show", items=presets)
+
+    @classmethod
+    def poll(cls, context):
+        return in_object_mode(cls, context)
+
+    def act(self, context):
+        from ..workflow.presets import show_preset, switch_to
+
+        scene = show_preset(self.preset)
+        switch_to(context, scene)
+        return [f"{scene.name}: a new scene; your scene is unchanged"]
+
+
+class BackFromShow(bpy.types.Operator):
+    """Return to the scene that was open before Show Me. The show's scene stays in the file"""
+
+    bl_idname = "grating.back_from_show"
+    bl_label = "Back to My Scene"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        from ..workflow.presets import scene_before
+
+        if scene_before(context) is None:
+            cls.poll_message_set("Add a scene to return to first")
+            return False
+        return True
+
+    def execute(self, context):
+        from ..workflow.presets import scene_before, switch_to
+
+        scene = scene_before(context)
+        if scene is not None:
+            switch_to(context, scene)
+        return {"FINISHED"}

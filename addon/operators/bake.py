@@ -12,9 +12,9 @@ from pathlib import Path
 import bpy
 from bpy.props import BoolProperty, EnumProperty, StringProperty
 
-from ...precompute.base.failure import GratingError, printable
+from ...precompute.base.failure import printable
 from ..gratings.grating import QUALITIES, active_grating, take_quality
-from .shared import FollowsBake, has_grating, in_object_mode, report_failure, report_lines
+from .shared import Acts, FollowsBake, has_grating, in_object_mode
 
 
 class BakeGrating(FollowsBake, bpy.types.Operator):
@@ -41,36 +41,14 @@ class BakeGrating(FollowsBake, bpy.types.Operator):
     def description(cls, context, properties):
         return cls.__annotations__["for_lamps"].keywords["description"] if properties.for_lamps else cls.__doc__
 
-    def execute(self, context):
-        """Bake and wait, for scripts."""
-        from ..workflow.baking import finished_bake
-
-        try:
-            grating = self._grating(context)
-            return self.report_bake(grating, finished_bake(grating, self.directory, request=self._request))
-        except GratingError as error:
-            return report_failure(self, error)
-
-    def invoke(self, context, event):
-        """Start the bake; modal() then follows it."""
-        from ..workflow.baking import start_bake
-
-        try:
-            grating = self._grating(context)
-            job = start_bake(grating, self.directory, request=self._request)
-            return self.follow_bake(context, grating, job)
-        except GratingError as error:
-            return report_failure(self, error)
-
-    def _grating(self, context):
-        """The active grating, with its request prepared."""
-        from ..workflow.baking import light_of_scene
+    def start(self, context):
+        from ..workflow.baking import light_of_scene, start_bake
 
         grating = active_grating(context.scene)
         if self.for_lamps:
             grating.illuminant = light_of_scene(context.scene)
         self._request = grating.bake_request()
-        return grating
+        return self.follow_bake(context, grating, start_bake(grating, self.directory, request=self._request))
 
     def record(self, grating, facts):
         from ..workflow.baking import record_bake
@@ -102,42 +80,10 @@ class BakeNeeds(FollowsBake, bpy.types.Operator):
     def description(cls, context, properties):
         return cls.__annotations__["everything"].keywords["description"] if properties.everything else cls.__doc__
 
-    def execute(self, context):
-        """Measure, bake and wait, for scripts."""
-        from ..workflow.baking import finished_bake
-
-        try:
-            if (grating := self._measure(context)) is None:
-                return {"CANCELLED"}
-            return self.report_bake(grating, finished_bake(grating, request=self._request))
-        except GratingError as error:
-            return report_failure(self, error)
-
-    def invoke(self, context, event):
-        """Measure, and start the bake; modal() then follows it."""
-        from ..workflow.baking import start_bake
-
-        try:
-            if (grating := self._measure(context)) is None:
-                return {"CANCELLED"}
-            return self.follow_bake(context, grating, start_bake(grating, request=self._request))
-        except GratingError as error:
-            return report_failure(self, error)
-
-    def record(self, grating, facts):
-        from ..workflow.baking import record_bake
-        from ..workflow.finding_bakes import notice_outside
-        from ..workflow.measuring_needs import no_smaller
-
-        if not self.everything and (failure := no_smaller(grating, facts)):
-            raise failure
-        record_bake(grating, facts, self._request, taken_over=True)
-        return [*self._lines, *notice_outside(bpy.context.scene)]
-
-    def _measure(self, context):
-        """Measure the needs and prepare the request. Returns the grating, or None if there is nothing to gain."""
+    def start(self, context):
+        """Measure the needs, and start the bake unless there is nothing to gain."""
         from ...precompute.bake.needs import EVERYTHING
-        from ..workflow.measuring_needs import measure_needs, request_with
+        from ..workflow.baking import measure_needs, request_with, start_bake
 
         grating = active_grating(context.scene)
         needs, self._lines = EVERYTHING, []
@@ -150,7 +96,16 @@ class BakeNeeds(FollowsBake, bpy.types.Operator):
                 return None
             needs = measured.needs
         self._request = request_with(grating, needs)
-        return grating
+        return self.follow_bake(context, grating, start_bake(grating, request=self._request))
+
+    def record(self, grating, facts):
+        from ..workflow.baking import no_smaller, record_bake
+        from ..workflow.finding_bakes import notice_outside
+
+        if not self.everything and (failure := no_smaller(grating, facts)):
+            raise failure
+        record_bake(grating, facts, self._request, taken_over=True)
+        return [*self._lines, *notice_outside(bpy.context.scene)]
 
 
 class ChooseQuality(bpy.types.Operator):
@@ -187,7 +142,7 @@ _METHODS = (
 )
 
 
-class NewOslReference(bpy.types.Operator):
+class NewOslReference(Acts, bpy.types.Operator):
     """Make a slow material for comparisons, whose shader evaluates a method of the thesis, or the bake, in every
     pixel"""
 
@@ -214,17 +169,13 @@ class NewOslReference(bpy.types.Operator):
     def invoke(self, context, event):
         return context.window_manager.invoke_props_dialog(self)
 
-    def execute(self, context):
-        try:
-            material = self._make(context.scene)
-        except GratingError as error:
-            return report_failure(self, error)
-        return report_lines(self, [f"{material.name}: assign it to a mesh"])
-
-    def _make(self, scene: bpy.types.Scene) -> bpy.types.Material:
+    def act(self, context):
         from ..workflow.making_osl_references import reference_from_bake, reference_from_images, write_images
 
+        scene = context.scene
         file = Path(bpy.path.abspath(self.filepath)) if self.filepath else None
         if self.method == _DIRECT:
-            return reference_from_bake(scene, file or active_grating(scene).baked_file())
-        return reference_from_images(scene, file or write_images(active_grating(scene), self.method.lower()))
+            material = reference_from_bake(scene, file or active_grating(scene).baked_file())
+        else:
+            material = reference_from_images(scene, file or write_images(active_grating(scene), self.method.lower()))
+        return [f"{material.name}: assign it to a mesh"]

@@ -15,20 +15,11 @@ from typing import TYPE_CHECKING
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
-from ...precompute.base.failure import GratingError
 from ..blender.guard import guarded_draw
 from ..blender.session import redraw_views
 from ..gratings.direction_source import AXES, AXIS, COMB_SOURCES, FRAME_MAP, KINDS, RADIAL, UV_MAP, DirectionSource
 from ..gratings.grating import active_grating
-from .shared import (
-    FollowsJob,
-    has_active_mesh,
-    has_grating,
-    has_selected_mesh,
-    in_object_mode,
-    report_failure,
-    report_lines,
-)
+from .shared import Acts, FollowsJob, has_active_mesh, has_grating, has_selected_mesh, in_object_mode
 
 if TYPE_CHECKING:
     from ..workflow.combing import CombJob
@@ -40,6 +31,7 @@ class CombGrating(FollowsJob, bpy.types.Operator):
 
     bl_idname = "grating.comb"
     bl_label = "Comb Grating"
+    then_warns = False
     # Not REGISTER: its panel Adjust Last Operation would comb again at each change and block Blender.
     bl_options = {"UNDO"}
 
@@ -47,47 +39,22 @@ class CombGrating(FollowsJob, bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        if CombGrating.job is not None:
-            cls.poll_message_set("Wait until the running comb ends, or cancel it")
-            return False
-        return in_object_mode(cls, context) and has_selected_mesh(cls, context)
+        return super().poll(context) and in_object_mode(cls, context) and has_selected_mesh(cls, context)
 
-    def execute(self, context):
-        """Comb and wait, for scripts."""
-        from ..workflow.combing import comb_and_wait
-
-        try:
-            return self._reported(comb_and_wait(context.scene, context.selected_objects, self.source))
-        except GratingError as error:
-            return report_failure(self, error)
-
-    def invoke(self, context, event):
-        """Start the comb; modal() then follows it."""
+    def start(self, context):
         from ..workflow.combing import start_comb
 
-        try:
-            job = start_comb(context.scene, context.selected_objects, self.source)
-        except GratingError as error:
-            return report_failure(self, error)
-        return self.follow(context, job, f"Combing {', '.join(name for name, _ in job.meshes)}")
+        job = start_comb(context.scene, context.selected_objects, self.source)
+        return job, f"Combing {', '.join(name for name, _ in job.meshes)}"
 
     def finish(self, job: "CombJob"):
         """Store the comb."""
         from ..workflow.combing import finish_comb
 
-        try:
-            return self._reported(finish_comb(job))
-        except GratingError as error:
-            return report_failure(self, error)
-
-    def _reported(self, lines: list[str]) -> set[str]:
-        """Report every line as information."""
-        for line in lines:
-            report_lines(self, [line])
-        return {"FINISHED"}
+        return finish_comb(job)
 
 
-class ChooseDirection(bpy.types.Operator):
+class ChooseDirection(Acts, bpy.types.Operator):
     """Choose what the scan's x axis (left to right) follows on the meshes that show the active grating. The material's
     Rotation turns the scan further"""
 
@@ -130,15 +97,12 @@ class ChooseDirection(bpy.types.Operator):
         self.frame_map = source.frame_map.name if source.frame_map else ""
         return context.window_manager.invoke_props_dialog(self)
 
-    def execute(self, context):
+    def act(self, context):
         from ..workflow.directing import choose_frame
 
         image = bpy.data.images.get(self.frame_map)
         source = DirectionSource(self.kind, self.uv_map, self.axis, image, self.angle)
-        try:
-            return report_lines(self, [choose_frame(active_grating(context.scene), source)])
-        except GratingError as error:
-            return report_failure(self, error)
+        return [choose_frame(active_grating(context.scene), source)]
 
 
 class ShowDirection(bpy.types.Operator):
@@ -182,7 +146,7 @@ def _note_fault(line: str) -> None:
     redraw_views()
 
 
-class BakeDirectionMap(bpy.types.Operator):
+class BakeDirectionMap(Acts, bpy.types.Operator):
     """Bake the direction of the active mesh's grating into a picture on its active UV map, with Cycles, and make the
     grating read it. For game engines, and to speed up a slow direction source"""
 
@@ -205,15 +169,12 @@ class BakeDirectionMap(bpy.types.Operator):
     def poll(cls, context):
         return in_object_mode(cls, context) and has_active_mesh(cls, context)
 
-    def execute(self, context):
+    def act(self, context):
         from ..workflow.combing import bake_direction_map
 
         path = Path(bpy.path.abspath(self.filepath)) if self.filepath else None
         settings = {"uv_map": self.uv_map, "size": self.size, "margin": self.margin, "path": path, "read": self.read}
-        try:
-            return report_lines(self, bake_direction_map(context, context.active_object, **settings))
-        except GratingError as error:
-            return report_failure(self, error)
+        return bake_direction_map(context, context.active_object, **settings)
 
 
 XATLAS, MINIMUM_STRETCH = "XATLAS", "MINIMUM_STRETCH"
@@ -249,41 +210,27 @@ class Unwrap(FollowsJob, bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        if Unwrap.job is not None:
-            cls.poll_message_set("Wait until the running unwrap ends, or cancel it")
-            return False
-        return in_object_mode(cls, context) and has_active_mesh(cls, context)
+        return super().poll(context) and in_object_mode(cls, context) and has_active_mesh(cls, context)
 
-    def execute(self, context):
-        """Unwrap and wait, for scripts."""
-        from ..workflow.unwrapping import unwrap_and_wait, unwrap_by_blender
-
-        mesh = context.active_object
-        try:
-            if self.method == MINIMUM_STRETCH:
-                return report_lines(self, unwrap_by_blender(context, mesh, self._packing()))
-            return report_lines(self, unwrap_and_wait(mesh, self._packing()))
-        except GratingError as error:
-            return report_failure(self, error)
-
-    def invoke(self, context, event):
-        """Start xatlas; modal() then follows it."""
-        from ..workflow.unwrapping import Unwrapping
+    def act(self, context):
+        from ..workflow.unwrapping import unwrap_by_blender
 
         if self.method == MINIMUM_STRETCH:
-            return self.execute(context)
-        try:
-            self._unwrapping = Unwrapping(context.active_object, self._packing())
-        except GratingError as error:
-            return report_failure(self, error)
-        return self.follow(context, self._unwrapping.job, f"Unwrapping {self._unwrapping.mesh_name}")
+            return unwrap_by_blender(context, context.active_object, self._packing())
+        return super().act(context)
+
+    def invoke(self, context, event):
+        return self.execute(context) if self.method == MINIMUM_STRETCH else super().invoke(context, event)
+
+    def start(self, context):
+        from ..workflow.unwrapping import Unwrapping
+
+        self._unwrapping = Unwrapping(context.active_object, self._packing())
+        return self._unwrapping.job, f"Unwrapping {self._unwrapping.mesh_name}"
 
     def finish(self, job):
         """Add the new UV map."""
-        try:
-            return report_lines(self, self._unwrapping.finish())
-        except GratingError as error:
-            return report_failure(self, error)
+        return self._unwrapping.finish()
 
     def _packing(self):
         from ...precompute.mesh.unwrap import Packing

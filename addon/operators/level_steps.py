@@ -6,9 +6,8 @@ from functools import cache
 import bpy
 from bpy.props import EnumProperty, StringProperty
 
-from ...precompute.base.failure import GratingError
 from ..gratings.grating import active_grating
-from .shared import OperatorMixin, has_grating, report_failure
+from .shared import Acts, has_grating
 
 
 @cache
@@ -19,7 +18,7 @@ def _kinds() -> list[tuple[str, str, str]]:
     return [(k.name, k.name.capitalize(), f"{k.help[0].upper()}{k.help[1:]}: {k.form}") for k in KINDS.values()]
 
 
-class _OnSteps(OperatorMixin):
+class _OnSteps(Acts):
     """The base of operators on steps."""
 
     bl_options = {"REGISTER", "UNDO"}
@@ -51,14 +50,11 @@ class AddLevellingStep(_OnSteps, bpy.types.Operator):
 
     kind: EnumProperty(name="Step", description="What the step does", items=lambda self, context: _kinds())
 
-    def execute(self, context):
-        from ..workflow.adding_level_steps import add_step
+    def act(self, context):
+        from ..workflow.levelling import add_step
 
-        try:
-            add_step(active_grating(context.scene), self.kind)
-        except GratingError as error:
-            return report_failure(self, error)
-        return {"FINISHED"}
+        add_step(active_grating(context.scene), self.kind)
+        return []
 
 
 class RemoveLevellingStep(_OnActiveStep, bpy.types.Operator):
@@ -67,11 +63,11 @@ class RemoveLevellingStep(_OnActiveStep, bpy.types.Operator):
     bl_idname = "grating.remove_step"
     bl_label = "Remove Step"
 
-    def execute(self, context):
+    def act(self, context):
         grating = active_grating(context.scene)
         grating.steps.remove(grating.active_step)
         grating.active_step = min(grating.active_step, max(len(grating.steps) - 1, 0))
-        return {"FINISHED"}
+        return []
 
 
 class MoveLevellingStep(_OnActiveStep, bpy.types.Operator):
@@ -84,14 +80,14 @@ class MoveLevellingStep(_OnActiveStep, bpy.types.Operator):
         name="Direction", items=(("UP", "Up", "One step earlier"), ("DOWN", "Down", "One step later"))
     )
 
-    def execute(self, context):
+    def act(self, context):
         grating = active_grating(context.scene)
         to = grating.active_step + (-1 if self.direction == "UP" else 1)
         if not 0 <= to < len(grating.steps):
             return {"CANCELLED"}
         grating.steps.move(grating.active_step, to)
         grating.active_step = to
-        return {"FINISHED"}
+        return []
 
 
 class LevellingAsText(_OnSteps, bpy.types.Operator):
@@ -109,9 +105,6 @@ class LevellingAsText(_OnSteps, bpy.types.Operator):
         self.steps = active_grating(context.scene).levelling
         return context.window_manager.invoke_props_dialog(self, width=400)
 
-    def execute(self, context):
-        try:
-            active_grating(context.scene).levelling = self.steps
-        except GratingError as error:
-            return report_failure(self, error)
-        return {"FINISHED"}
+    def act(self, context):
+        active_grating(context.scene).levelling = self.steps
+        return []

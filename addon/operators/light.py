@@ -18,29 +18,27 @@ Fits light sources to the bright parts of the scene's world."""
 import bpy
 from bpy.props import EnumProperty, FloatProperty, IntProperty, StringProperty
 
-from ...precompute.base.failure import GratingError
 from ..blender.guard import guarded, guarded_draw
 from ..gratings.grating import LIGHTS, active_grating
 from ..lamps.sky import sky_with_disc
-from ..workflow.lighting import add_sun, update_lamps
-from .shared import FollowsJob, has_grating, in_object_mode, report_failure, report_lines
+from ..workflow.lights.lighting import add_sun, update_lamps
+from .shared import Acts, FollowsJob, has_grating, in_object_mode
 
 
-class AddSun(bpy.types.Operator):
+class AddSun(Acts, bpy.types.Operator):
     """Add a sun lamp that shines at an angle from above"""
 
     bl_idname = "grating.add_sun"
     bl_label = "Add Sun"
     bl_options = {"REGISTER", "UNDO"}
 
-    def execute(self, context):
+    def act(self, context):
         sun = add_sun(context.scene)
         update_lamps(context.scene)
-        self.report({"INFO"}, f"{sun.name}: lights the scene")
-        return {"FINISHED"}
+        return [f"{sun.name}: lights the scene"]
 
 
-class AddSkySun(bpy.types.Operator):
+class AddSkySun(Acts, bpy.types.Operator):
     """Add a sun lamp with the direction, size, colour and strength of the sky's sun, and switch the Sky Texture's Sun
     Disc off. In EEVEE the disc lights only gratings, and the lamp lights everything. Takes some seconds"""
 
@@ -57,16 +55,13 @@ class AddSkySun(bpy.types.Operator):
             return False
         return True
 
-    def execute(self, context):
-        from ..workflow.lighting import replace_disc
+    def act(self, context):
+        from ..workflow.lights.lighting import replace_disc
 
-        try:
-            return report_lines(self, [replace_disc(context.scene)])
-        except GratingError as error:
-            return report_failure(self, error)
+        return [replace_disc(context.scene)]
 
 
-class AddDiffractionLamp(bpy.types.Operator):
+class AddDiffractionLamp(Acts, bpy.types.Operator):
     """Add a lamp that throws the spectrum of the active object's grating onto walls and screens, without noise. It
     stands for a square patch of the surface, at the point nearest to the 3D cursor. Cycles only"""
 
@@ -88,7 +83,7 @@ class AddDiffractionLamp(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        from ..workflow.adding_diffraction_lamps import shows_grating
+        from ..workflow.lights.adding_diffraction_lamps import shows_grating
 
         if not in_object_mode(cls, context):
             return False
@@ -102,17 +97,14 @@ class AddDiffractionLamp(bpy.types.Operator):
         self.layout.prop(self, "size_mm")
         self.layout.prop_search(self, "lamp", context.scene, "objects", icon="LIGHT")
 
-    def execute(self, context):
-        from ..workflow.adding_diffraction_lamps import add_diffraction_lamp
+    def act(self, context):
+        from ..workflow.lights.adding_diffraction_lamps import add_diffraction_lamp
 
-        try:
-            diffraction_lamp, lines = add_diffraction_lamp(
-                context.scene, context.active_object, context.evaluated_depsgraph_get(),
-                near=context.scene.cursor.location, size_m=self.size_mm * 1e-3, lamp_name=self.lamp,
-            )  # fmt: skip
-        except GratingError as error:
-            return report_failure(self, error)
-        return report_lines(self, lines)
+        _, lines = add_diffraction_lamp(
+            context.scene, context.active_object, context.evaluated_depsgraph_get(),
+            near=context.scene.cursor.location, size_m=self.size_mm * 1e-3, lamp_name=self.lamp,
+        )  # fmt: skip
+        return lines
 
 
 @guarded
@@ -132,7 +124,7 @@ KINDS = (
 )
 
 
-class AddLightRig(bpy.types.Operator):
+class AddLightRig(Acts, bpy.types.Operator):
     """Add lamps at the angles that show most colour to the camera, or to this view, and switch the view to Rendered.
     It lights the active object if it has a grating, else all objects with one. A metal in a dim world also gets cards
     to reflect. Pressed again, it replaces its own lamps and keeps all other lamps and the world"""
@@ -184,19 +176,14 @@ class AddLightRig(bpy.types.Operator):
             context.space_data.shading.type = "RENDERED"
         return done
 
-    def execute(self, context):
-        from ..workflow.adding_light_rigs import Rig, add_light_rig, carriers
+    def act(self, context):
+        from ..workflow.lights.adding_light_rigs import Rig, add_light_rig, carriers
 
         scene = context.scene
-        try:
-            lines = add_light_rig(
-                scene, context.evaluated_depsgraph_get(), Rig(self.kind, self.strength, self.softness),
-                objects=carriers(scene, context.active_object),
-                view=_view(context), from_view=self.seen_from == "VIEW",
-            )  # fmt: skip
-        except GratingError as error:
-            return report_failure(self, error)
-        return report_lines(self, lines)
+        return add_light_rig(
+            scene, context.evaluated_depsgraph_get(), Rig(self.kind, self.strength, self.softness),
+            objects=carriers(scene, context.active_object), view=_view(context), from_view=self.seen_from == "VIEW",
+        )  # fmt: skip
 
 
 def _view(context: bpy.types.Context) -> bpy.types.RegionView3D | None:
@@ -204,7 +191,7 @@ def _view(context: bpy.types.Context) -> bpy.types.RegionView3D | None:
     return getattr(context.space_data, "region_3d", None)
 
 
-class ChooseLights(bpy.types.Operator):
+class ChooseLights(Acts, bpy.types.Operator):
     """Choose which lights the materials of the active grating respond to"""
 
     bl_idname = "grating.lights"
@@ -217,19 +204,13 @@ class ChooseLights(bpy.types.Operator):
     def poll(cls, context):
         return has_grating(cls, context)
 
-    def execute(self, context):
+    def act(self, context):
         from ..workflow.making_materials import choose_lights
 
-        try:
-            warnings = choose_lights(active_grating(context.scene), self.lights)
-        except GratingError as error:
-            return report_failure(self, error)
-        for line in warnings:
-            self.report({"WARNING"}, line)
-        return {"FINISHED"}
+        return choose_lights(active_grating(context.scene), self.lights)
 
 
-class CountLamp(bpy.types.Operator):
+class CountLamp(Acts, bpy.types.Operator):
     """Light the diffraction with this lamp. A lamp that is left out still lights everything else, and costs almost
     nothing. Its white mirror image stays, except with Lamps Only. With All by Samples every lamp counts"""
 
@@ -240,13 +221,10 @@ class CountLamp(bpy.types.Operator):
     # SKIP_SAVE: from a menu it is the active object, not the lamp of the last call.
     lamp: StringProperty(name="Lamp", description="The lamp's name. Empty: the active object", options={"SKIP_SAVE"})
 
-    def execute(self, context):
-        from ..workflow.lighting import count_lamp
+    def act(self, context):
+        from ..workflow.lights.lighting import count_lamp
 
-        try:
-            return report_lines(self, count_lamp(context.scene, self.lamp, context.active_object))
-        except GratingError as error:
-            return report_failure(self, error)
+        return count_lamp(context.scene, self.lamp, context.active_object)
 
 
 class FitFrames(FollowsJob, bpy.types.Operator):
@@ -269,41 +247,18 @@ class FitFrames(FollowsJob, bpy.types.Operator):
         if context.scene.world is None:
             cls.poll_message_set("Give the scene a world first")
             return False
-        if cls.job is not None:
-            cls.poll_message_set("Frames are being fitted already")
-            return False
-        return True
+        return super().poll(context)
 
-    def execute(self, context):
-        """Fit and wait, for scripts."""
-        from ..workflow.fitting_frames import fit_frames
+    def start(self, context):
+        from ..workflow.lights.fitting_frames import FrameFits
 
-        try:
-            line = fit_frames(context.scene, first=self.first, last=self.last, step=self.step)
-            self.report({"INFO"}, line)
-        except GratingError as error:
-            return report_failure(self, error)
-        return {"FINISHED"}
-
-    def invoke(self, context, event):
-        """Start the first fit; modal() then follows the job."""
-        from ..workflow.fitting_frames import FrameFits
-
-        try:
-            job = FrameFits.of_range(context.scene, first=self.first, last=self.last, step=self.step)
-            return self.follow(context, job, "Fit Frames")
-        except GratingError as error:
-            return report_failure(self, error)
+        return FrameFits.of_range(context.scene, first=self.first, last=self.last, step=self.step), "Fit Frames"
 
     def finish(self, job):
-        try:
-            self.report({"INFO"}, job.keep())
-        except GratingError as error:
-            return report_failure(self, error)
-        return {"FINISHED"}
+        return [job.keep()]
 
 
-class FitWorld(bpy.types.Operator):
+class FitWorld(Acts, bpy.types.Operator):
     """Find the sun, windows and other bright parts of the world. They then light the diffraction without noise"""
 
     bl_idname = "grating.fit_world"
@@ -317,22 +272,19 @@ class FitWorld(bpy.types.Operator):
             return False
         return True
 
-    def execute(self, context):
+    def act(self, context):
         """Fit and wait, for scripts."""
-        from ..workflow.fitting_worlds import fit_world
+        from ..workflow.lights.fitting_worlds import fit_world
 
-        try:
-            fit_world(context.scene, anew=True)
-        except GratingError as error:
-            return report_failure(self, error)
-        return {"FINISHED"}
+        fit_world(context.scene, anew=True)
+        return []
 
     def invoke(self, context, event):
         """Schedule a fit in the background."""
-        from ..workflow.fitting_worlds import want_fit
+        return self.reported(self._want, context)
 
-        try:
-            want_fit(context.scene, anew=True)
-        except GratingError as error:
-            return report_failure(self, error)
-        return {"FINISHED"}
+    def _want(self, context):
+        from ..workflow.lights.fitting_worlds import want_fit
+
+        want_fit(context.scene, anew=True)
+        return []

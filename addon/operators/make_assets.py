@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 import bpy
 from bpy.props import StringProperty
 
-from ...precompute.base.failure import GratingError
-from .shared import FollowsJob, report_failure, report_lines
+from .shared import Acts, FollowsJob
 
 if TYPE_CHECKING:
     from ..assets.library_job import LibraryJob
@@ -34,48 +33,21 @@ class MakeAssets(FollowsJob, bpy.types.Operator):
         options={"SKIP_SAVE"},
     )
 
-    @classmethod
-    def poll(cls, context):
-        if MakeAssets.job is not None:
-            cls.poll_message_set("Wait until the asset library is written, or cancel it")
-            return False
-        return True
+    def start(self, context):
+        from ..assets.library import library_folder
+        from ..assets.library_job import LibraryJob
 
-    def execute(self, context):
-        """Write the library and wait, for scripts."""
-        try:
-            job = self._start()
-            job.wait()
-        except GratingError as error:
-            return report_failure(self, error)
-        return self.finish(job)
-
-    def invoke(self, context, event):
-        """Start to write the library; modal() then follows the job."""
-        try:
-            job = self._start()
-        except GratingError as error:
-            return report_failure(self, error)
-        return self.follow(context, job, "Asset library")
+        names = [name.strip() for name in self.presets.split(",") if name.strip()]
+        return LibraryJob(library_folder(self.directory), names), "Asset library"
 
     def finish(self, job: "LibraryJob"):
         """Put the library into its folder, and list it in the preferences."""
         from ..assets.library import library_folder, list_library
 
-        try:
-            return report_lines(self, [list_library(library_folder(self.directory), job.result())])
-        except GratingError as error:
-            return report_failure(self, error)
-
-    def _start(self) -> "LibraryJob":
-        from ..assets.library import library_folder
-        from ..assets.library_job import LibraryJob
-
-        names = [name.strip() for name in self.presets.split(",") if name.strip()]
-        return LibraryJob(library_folder(self.directory), names)
+        return [list_library(library_folder(self.directory), job.result())]
 
 
-class RemoveAssets(bpy.types.Operator):
+class RemoveAssets(Acts, bpy.types.Operator):
     """Remove the presets from the Asset Browser, and delete the files of their asset library. Materials that you use
     in your files stay"""
 
@@ -93,10 +65,7 @@ class RemoveAssets(bpy.types.Operator):
     def invoke(self, context, event):
         return context.window_manager.invoke_confirm(self, event)
 
-    def execute(self, context):
+    def act(self, context):
         from ..assets.library import library_folder, remove_library
 
-        try:
-            return report_lines(self, [remove_library(library_folder(self.directory))])
-        except GratingError as error:
-            return report_failure(self, error)
+        return [remove_library(library_folder(self.directory))]

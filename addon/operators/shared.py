@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Conditions of the operators' buttons. If one is not met, the disabled button's tooltip says what is missing.
 
-Reporting to an artist, in the words of Blender's interface.
+The base class of the operators that report what they did, or the error that stopped them, in the words of Blender's
+interface.
 
-The base class of the operators that work on the selected meshes.
+The base class of the operators that put a grating on the selected meshes.
 
 The base class of the operators that work in a separate process. A bar in the panel and in the status bar shows how
 far it is. The cross beside it cancels, or Esc where the work was begun.
@@ -17,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Protocol, cast
 import bpy
 from bpy.props import StringProperty
 
-from ...precompute.base.failure import GratingError, printable
+from ...precompute.base.failure import GratingError
 from ..blender.guard import guarded_draw, guarded_modal
 from ..blender.session import redraw_views
 from ..gratings.grating import unused_name
@@ -86,49 +87,39 @@ def has_selected_mesh(operator: Operator, context: bpy.types.Context) -> bool:
     return True
 
 
-def report_failure(operator: bpy.types.Operator, error: GratingError) -> set[str]:
-    """Report an error to the artist. Returns what the operator's execute() returns then."""
-    operator.report({"ERROR"}, in_words(error))
-    return {"CANCELLED"}
+class Acts(OperatorMixin):
+    """An operator that acts and reports. A subclass adds `act`."""
 
+    # Whether the reported lines after the first are warnings.
+    then_warns = True
 
-def report_added(operator: bpy.types.Operator, add: Callable[[], Sequence[str]]) -> set[str]:
-    """Add gratings by `add`, and report its line for each, or its GratingError. Returns what execute() returns then."""
-    try:
-        lines = add()
-    except GratingError as error:
-        return report_failure(operator, error)
-    for line in lines:
-        operator.report({"INFO"}, printable(line))
-    return {"FINISHED"}
-
-
-def report_lines(operator: bpy.types.Operator, lines: Sequence[GratingError | str]) -> set[str]:
-    """Report what was done, the first line, and warnings, the others. Returns what execute() returns then."""
-    for line in lines[:1]:
-        operator.report({"INFO"}, in_words(line))
-    for line in lines[1:]:
-        operator.report({"WARNING"}, in_words(line))
-    return {"FINISHED"}
-
-
-class OnSelectedMeshes(OperatorMixin):
-    """An operator that puts a grating on the selected meshes. A subclass adds `put`."""
-
-    def put(self, scene: bpy.types.Scene, things: list[bpy.types.Object]) -> list[str]:
-        """For subclasses: put the grating on the meshes among the objects. Returns lines to report. Raises
-        GratingError."""
+    def act(self, context) -> Sequence[GratingError | str] | set[str]:
+        """For subclasses: do the work. Returns lines to report, or what execute() returns. Raises GratingError."""
         raise NotImplementedError
+
+    def execute(self, context):
+        return self.reported(self.act, context)
+
+    def reported(self, act: Callable[..., Sequence[GratingError | str] | set[str]], *given: Any) -> set[str]:
+        """Call a function like `act`, and report its lines or its GratingError. Returns what execute() returns."""
+        try:
+            done = act(*given)
+        except GratingError as error:
+            self.report({"ERROR"}, in_words(error))
+            return {"CANCELLED"}
+        if isinstance(done, set):
+            return done
+        for number, line in enumerate(done):
+            self.report({"WARNING"} if number and self.then_warns else {"INFO"}, in_words(line))
+        return {"FINISHED"}
+
+
+class OnSelectedMeshes(Acts):
+    """An operator that puts the active grating, which is baked, on the selected meshes."""
 
     @classmethod
     def poll(cls, context):
         return in_object_mode(cls, context) and has_bake(cls, context) and has_selected_mesh(cls, context)
-
-    def execute(self, context):
-        try:
-            return report_lines(self, self.put(context.scene, context.selected_objects))
-        except GratingError as error:
-            return report_failure(self, error)
 
 
 _POLL_SECONDS = 0.2
@@ -143,14 +134,23 @@ class FollowedJob(Protocol):
         """What it does, and the share that is done."""
         ...
 
+    def wait(self) -> None: ...
     def cancel(self) -> None: ...
 
 
-class FollowsJob(OperatorMixin):
-    """An operator that follows a job until it ends. A subclass adds `finish`."""
+class FollowsJob(Acts):
+    """An operator that follows a job until it ends. Called by a script, it waits for it. A subclass adds `start` and
+    `finish`."""
 
     # The running job, if any. The panel shows it; disabling the extension stops it.
     job = cast(FollowedJob | None, None)
+
+    @classmethod
+    def poll(cls, context):
+        if cls.job is not None:
+            cls.poll_message_set("Wait until this work ends, or cancel it")
+            return False
+        return True
 
     @classmethod
     def stop(cls) -> None:
@@ -158,6 +158,30 @@ class FollowsJob(OperatorMixin):
         job, cls.job = cls.job, None
         if job is not None:
             job.cancel()
+
+    def start(self, context) -> tuple[Any, str] | None:
+        """For subclasses: start the job. Returns it and what it does in words, or None if there is nothing to do.
+        Raises GratingError."""
+        raise NotImplementedError
+
+    def finish(self, job: Any) -> Sequence[GratingError | str]:
+        """For subclasses: use the job that has ended. Returns lines to report. Raises GratingError."""
+        raise NotImplementedError
+
+    def act(self, context):
+        """Do the job and wait, for scripts."""
+        if (started := self.start(context)) is None:
+            return {"CANCELLED"}
+        started[0].wait()
+        return self.finish(started[0])
+
+    def invoke(self, context, event):
+        """Start the job; modal() then follows it."""
+        return self.reported(self._begin, context)
+
+    def _begin(self, context) -> set[str]:
+        started = self.start(context)
+        return {"CANCELLED"} if started is None else self.follow(context, *started)
 
     def follow(self, context, job: FollowedJob, doing: str) -> set[str]:
         """Make Blender call modal() while the job runs. `doing` names it."""
@@ -181,11 +205,7 @@ class FollowsJob(OperatorMixin):
             return {"PASS_THROUGH"}
         job, cls.job = cls.job, None
         self._end_modal(context)
-        return self.finish(job)
-
-    def finish(self, job: Any) -> set[str]:
-        """Use the job that has ended; for subclasses. Returns what execute() returns."""
-        raise NotImplementedError
+        return self.reported(self.finish, job)
 
     def cancel(self, context):
         """Stop the job. Blender also calls this when it opens another file or quits."""
@@ -258,39 +278,30 @@ class FollowsBake(FollowsJob):
             return False
         return has_grating(cls, context)
 
-    def follow_bake(self, context, grating: "Grating", job: "Job") -> set[str]:
-        """Let Blender call modal() while a grating's bake runs."""
+    def follow_bake(self, context, grating: "Grating", job: "Job") -> tuple["Job", str]:
+        """What `start` returns for a grating's bake."""
         # Keep names, because an undo during the bake may free the grating. Two gratings may have the same name, so make
         # this one unique.
         grating.name = unused_name(grating.name, {g.name for g in context.scene.natural_gratings.items if g != grating})
         self._name, self._scene = grating.name, context.scene.name
-        return self.follow(context, job, f"Baking {grating.name}")
+        return job, f"Baking {grating.name}"
 
-    def finish(self, job: "Job") -> set[str]:
+    def finish(self, job: "Job"):
         """Record the bake."""
-        try:
-            facts = job.result()
-            scene = bpy.data.scenes.get(self._scene)
-            grating = scene and scene.natural_gratings.items.get(self._name)
-            if not grating:
-                file = Path(facts["files"][0]).name
-                raise GratingError(
-                    self._name, "no longer in the scene", f"its bake {file} is kept, and baking the scan again is quick"
-                )
-            return self.report_bake(grating, facts)
-        except GratingError as error:
-            return report_failure(self, error)
-
-    def record(self, grating: "Grating", facts: dict[str, Any]) -> Sequence[str]:
-        """Record a finished bake; for subclasses. Returns lines to report. Raises GratingError."""
-        raise NotImplementedError
-
-    def report_bake(self, grating: "Grating", facts: dict[str, Any]) -> set[str]:
-        """Record a finished bake and report it, as execute() does. Raises GratingError as `record` does."""
         from ..workflow.baking import warnings_of
 
+        facts = job.result()
+        scene = bpy.data.scenes.get(self._scene)
+        grating = scene and scene.natural_gratings.items.get(self._name)
+        if not grating:
+            kept = f"its bake {Path(facts['files'][0]).name} is kept, and baking the scan again is quick"
+            raise GratingError(self._name, "no longer in the scene", kept)
         more = self.record(grating, facts)
-        return report_lines(self, [f"{grating.name}: {in_one_line(grating.bake_summary)}", *warnings_of(facts), *more])
+        return [f"{grating.name}: {in_one_line(grating.bake_summary)}", *warnings_of(facts), *more]
+
+    def record(self, grating: "Grating", facts: dict[str, Any]) -> Sequence[str]:
+        """For subclasses: record a finished bake. Returns lines to report. Raises GratingError."""
+        raise NotImplementedError
 
 
 def running_bake() -> type[FollowsBake] | None:

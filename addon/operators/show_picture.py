@@ -6,7 +6,7 @@ from bpy.props import EnumProperty, FloatProperty
 
 from ..blender.guard import guarded_draw
 from ..gratings.grating import active_grating
-from .shared import has_grating, report_added
+from .shared import Acts, has_grating
 
 # As in workflow/rendering_pictures.py, which is not loaded when Blender starts.
 KINDS = (
@@ -26,7 +26,7 @@ KINDS = (
 )
 
 
-class ShowPicture(bpy.types.Operator):
+class ShowPicture(Acts, bpy.types.Operator):
     """Show the grating as a picture in the Image Editor"""
 
     bl_idname = "grating.show_picture"
@@ -53,13 +53,13 @@ class ShowPicture(bpy.types.Operator):
         if self.kind == "CHART":
             self.layout.prop(self, "light_deg")
 
-    def execute(self, context):
+    def act(self, context):
         from ..workflow.rendering_pictures import show_picture
 
         if context.window is not None:
             context.window.cursor_set("WAIT")
         try:
-            return report_added(self, lambda: show_picture(active_grating(context.scene), self.kind, self.light_deg))
+            return show_picture(active_grating(context.scene), self.kind, self.light_deg)
         finally:
             if context.window is not None:
                 context.window.cursor_set("DEFAULT")

@@ -7,15 +7,15 @@ from typing import Any, ClassVar
 import bpy
 from bpy.props import EnumProperty
 
-from ...precompute.base.failure import GratingError, printable
+from ...precompute.base.failure import printable
 from ..blender.guard import guarded_draw
-from .shared import report_failure, report_lines
+from .shared import Acts
 
 # At most this many causes are shown; the first ones decide.
 _CAUSES_MAX = 4
 # Letters in a line. A popup is as wide as its longest line.
 _LETTERS = 60
-# The actions of workflow/mending_causes.py in the form of Blender's enumerations.
+# The actions of workflow/finding_causes.py in the form of Blender's enumerations.
 _ACTIONS = (
     ("SHOW_LAMPS", "Show the Lamps", "Show all lamps in renders and 3D views, and give dark ones power and colour"),
     ("BRIGHTEN", "Brighten the Lamps", "Raise the power of lamps that are too weak"),
@@ -39,7 +39,7 @@ _ACTIONS = (
 )  # fmt: skip
 
 
-class WhyBlack(bpy.types.Operator):
+class WhyBlack(Acts, bpy.types.Operator):
     """Find out why the active grating shows no colours. Each cause has a button that removes it"""
 
     bl_idname = "grating.why_black"
@@ -48,12 +48,11 @@ class WhyBlack(bpy.types.Operator):
     # What was found when the popup opened.
     found: ClassVar[Any] = None
 
-    def execute(self, context):
+    def act(self, context):
         """Report the first cause, for scripts."""
         from ..workflow.finding_causes import findings
 
-        self.report({"INFO"}, printable(findings(context).summary))
-        return {"FINISHED"}
+        return [findings(context).summary]
 
     def invoke(self, context, event):
         """Find the causes once, and show them."""
@@ -65,7 +64,7 @@ class WhyBlack(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class MendCause(bpy.types.Operator):
+class MendCause(Acts, bpy.types.Operator):
     """Remove a cause of missing diffraction colours"""
 
     bl_idname = "grating.mend_cause"
@@ -78,13 +77,10 @@ class MendCause(bpy.types.Operator):
     def description(cls, context, properties):
         return next((tooltip for name, _, tooltip in _ACTIONS if name == properties.action), cls.__doc__)
 
-    def execute(self, context):
-        from ..workflow.mending_causes import mend_cause
+    def act(self, context):
+        from ..workflow.finding_causes import mend_cause
 
-        try:
-            return report_lines(self, [mend_cause(context, self.action)])
-        except GratingError as error:
-            return report_failure(self, error)
+        return [mend_cause(context, self.action)]
 
 
 @guarded_draw

@@ -32,14 +32,13 @@ from ..lamps.sky import fitted_frames, missed_share, sky_with_disc, source_count
 from ..materials.data_pictures import wrong_colours
 from ..materials.group_properties import is_diffraction, variation_of
 from ..materials.skin import answers_to_world, crowded, follows_world, linked_with_fewer_lamps
-from ..operators.assign import AssignToSelected
+from ..operators.assign import AssignToSelected, MendMaterials
 from ..operators.bake import BakeGrating
 from ..operators.direction import ChooseDirection
 from ..operators.light import AddLightRig
-from ..operators.mend import MendMaterials
 from ..operators.shared import selected_meshes
 from ..operators.why_black import MendCause
-from ..workflow.fitting_worlds import world_is_animated, world_is_fitted
+from ..workflow.lights.fitting_worlds import world_is_animated, world_is_fitted
 
 # Smallest share of bright light without a source that the panel reports.
 _MISSED_MIN = 0.01
@@ -275,8 +274,8 @@ def _of_grating(grating: Grating, scene: bpy.types.Scene) -> GratingFacts:
         return GratingFacts(scans, fault, _outdated(grating), variation=Variation().summary)
     from ..materials.lamp_errors import far_lamps
     from ..materials.material import on_objects, shown_by
-    from ..workflow.adding_holograms import hologram_summary
-    from ..workflow.reflections import dull
+    from ..workflow.lights.reflections import dull
+    from ..workflow.varying_inputs import hologram_summary
 
     objects = shown_by(group)
     lacks_set = grating.lit_by != LAMPS_ONLY and not answers_to_world(group)

@@ -5,11 +5,11 @@ from ..blender import compat
 from ..gratings.grating import ALL, DAYLIGHT, LAMPS_ONLY, LIGHTS, REST
 from ..gratings.wording import in_words, marked, translated
 from ..lamps.lamp_spectrum import SHOWN, fault_of
+from ..operators.assign import MendMaterials
 from ..operators.bake import BakeGrating
 from ..operators.light import AddDiffractionLamp, AddSkySun, ChooseLights, CountLamp, FitFrames, FitWorld
-from ..operators.mend import MendMaterials
 from ..operators.shared import draw_progress
-from ..workflow.fitting_worlds import is_fitting, last_failure
+from ..workflow.lights.fitting_worlds import is_fitting, last_failure
 from .facts import ANIMATED, NOT_FITTED, Facts, LampFact, SceneFacts
 from .notes import draw_note
 

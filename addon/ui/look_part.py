@@ -5,15 +5,11 @@ from ..blender import stored
 from ..gratings.direction_source import FRAMES, KINDS, STORED
 from ..gratings.grating import LAYERS
 from ..gratings.wording import translated
-from ..operators.add_diffraction import AddDiffraction, RemoveDiffraction
-from ..operators.add_hologram import AddHologram
-from ..operators.add_sticker import AddSticker
-from ..operators.assign import AssignToSelected
+from ..operators.add_things import AddSticker
+from ..operators.assign import AddDiffraction, AssignToSelected, NewDiffractionMaterial, RemoveDiffraction
 from ..operators.direction import ChooseDirection, CombGrating
-from ..operators.new_material import NewDiffractionMaterial
-from ..operators.paint_input import INPUTS, PaintInput, UnpaintInput
 from ..operators.shared import draw_progress
-from ..operators.vary_grating import VaryGrating
+from ..operators.vary import INPUTS, AddHologram, PaintInput, UnpaintInput, VaryGrating
 from .facts import GratingFacts
 from .notes import draw_note, side_by_side
 

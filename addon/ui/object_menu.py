@@ -4,17 +4,13 @@
 import bpy
 
 from ..blender.guard import guarded, guarded_draw
-from ..operators.add_diffraction import AddDiffraction, RemoveDiffraction
-from ..operators.add_hologram import AddHologram
-from ..operators.add_sticker import AddSticker
-from ..operators.assign import AssignToSelected
+from ..operators.add_things import AddSticker
+from ..operators.assign import AddDiffraction, AssignToSelected, MendMaterials, RemoveDiffraction
 from ..operators.bake import BakeGrating, BakeNeeds
 from ..operators.direction import ChooseDirection, CombGrating, ShowDirection, Unwrap
-from ..operators.import_height_map import ImportHeightMap
+from ..operators.import_files import ImportHeightMap
 from ..operators.light import AddDiffractionLamp, AddLightRig, ChooseLights, CountLamp
-from ..operators.mend import MendMaterials
-from ..operators.paint_input import PaintInput, UnpaintInput
-from ..operators.vary_grating import VaryGrating
+from ..operators.vary import AddHologram, PaintInput, UnpaintInput, VaryGrating
 from ..operators.why_black import WhyBlack
 from .panel import SampleMenu
 

@@ -9,16 +9,13 @@ import bpy
 from ..blender.guard import guarded_draw, guarded_item
 from ..gratings.grating import QUALITIES, quality_of
 from ..gratings.wording import counted, marked, translated
-from ..operators.add_grating import AddGrating
-from ..operators.add_preset import AddPreset, LoadPreset
-from ..operators.adopt import AdoptMaterials
+from ..operators.add_grating import AddGrating, RemoveGrating
+from ..operators.add_preset import AddPreset, BackFromShow, LoadPreset, ShowMe
+from ..operators.assign import AdoptMaterials
 from ..operators.bake import NewOslReference
-from ..operators.import_height_map import ImportHeightMap
+from ..operators.import_files import ImportHeightMap, LoadBake
 from ..operators.light import AddLightRig
-from ..operators.load_bake import LoadBake
-from ..operators.remove_grating import RemoveGrating
 from ..operators.shared import draw_progress, running_bake, selected_meshes
-from ..operators.show_me import BackFromShow, ShowMe
 from ..operators.why_black import WhyBlack
 from .asset_row import draw_assets
 from .facts import DONE, LIGHT, LOOK, QUALITY, SURFACE, Next, SceneFacts, facts_of, next_step, state_of

@@ -80,7 +80,7 @@ def draw_preview(layout, context, grating, *, several: bool) -> None:
     """Draw pictures of a grating's scan before and after its steps, with their range, rms and main period. `several`:
     the grating averages scans."""
     from ...precompute.surface.steps.pipeline import WARNING
-    from ..workflow.previewing_levelling import shown
+    from ..workflow.levelling import shown
 
     try:
         found = shown(grating)

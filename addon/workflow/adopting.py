@@ -44,11 +44,11 @@ from ..materials.material import (
 from ..materials.pictures import made_from
 from ..materials.response import own_trees, responses_in
 from ..materials.skin import SETTABLE, refill, take_back
-from .adding_holograms import fit_adopted_hologram
 from .finding_bakes import bake_shown_by
-from .lighting import update_all_lamps
-from .loading_bakes import take_bake
+from .importing import take_bake
+from .lights.lighting import update_all_lamps
 from .making_materials import group_of, keep_exact_normals, response_of
+from .varying_inputs import fit_adopted_hologram
 
 # Digits of a number. Single precision, in which Blender stores it, has seven.
 _DIGITS = 6

@@ -25,12 +25,12 @@ from ..materials.material import (
     remove_diffraction,
 )
 from ..materials.skin import crowded
-from .adding_holograms import fit_hologram
 from .chosen_meshes import check_can_change, data_is_fixed, meshes_among, no_meshes, slots_with_faces
 from .finding_bakes import notice_outside
-from .fitting_worlds import forget_unread_sources, want_fit
+from .lights.fitting_worlds import forget_unread_sources, want_fit
+from .lights.reflections import dull
 from .making_materials import beginning_of, group_of, lamps_alone, prepare_meshes, working_material
-from .reflections import dull
+from .varying_inputs import fit_hologram
 
 
 class Selection:

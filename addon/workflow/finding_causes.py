@@ -1,16 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finding out why an artist sees no diffraction colours."""
+"""Finding out why an artist sees no diffraction colours, and the actions that remove the causes."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import chain, islice
 from typing import Any
 
 import bpy
+from mathutils import Vector
 
+from ...precompute.base.failure import GratingError
 from ..blender.session import has_window
+from ..blender.working_space import show_pure_colours
 from ..cameras.seen_surfaces import ViewPixels
-from ..causes.seen_causes import Seen, badly_lit, few_colours, outside_bake, seen, shaded, unseen
+from ..causes.seen_causes import WELL_LIT, Seen, badly_lit, few_colours, outside_bake, seen, shaded, unseen
 from ..causes.setting_causes import (
     before_assigning,
     dark_exposure,
@@ -25,12 +28,17 @@ from ..causes.setting_causes import (
     lights_off,
     lost_parts,
     other_pass,
+    set_number,
     unlinked,
     unshaded_view,
     unsuited_period,
+    why_dark,
 )
-from ..causes.subject import HARMLESS, Cause, Subject, subject_of
-from ..materials.material import listed
+from ..causes.subject import HARMLESS, Cause, Subject, end_holdout, show, subject_of
+from ..lamps.find import COUNTS, irradiances, lamps_of
+from ..materials.material import add_diffraction, boxes_showing, listed
+from ..materials.skin import SETTABLE, set_up
+from .lights.lighting import update_lamps
 
 
 @dataclass(frozen=True)
@@ -129,3 +137,189 @@ def _view_pixels(context: bpy.types.Context) -> ViewPixels | None:
         return None
     region = next(each for each in area.regions if each.type == "WINDOW")
     return ViewPixels(view.region_3d, (max(region.width, 1), max(region.height, 1)))
+
+
+_SAMPLES = 256
+
+
+def mend_cause(context: bpy.types.Context, action: str) -> str:
+    """Do one of ACTIONS. Returns a line to report. Raises GratingError if there is nothing to do it to."""
+    return ACTIONS[action](context)
+
+
+def _subject(context: bpy.types.Context) -> Subject:
+    subject = subject_of(context.scene, context.view_layer)
+    if subject is None:
+        raise GratingError(f"scene {context.scene.name}", "no object shows its active grating", "assign it first")
+    return subject
+
+
+def _show_lamps(context: bpy.types.Context) -> str:
+    subject = _subject(context)
+    lamps = [lamp for lamp in lamps_of(subject.scene) if why_dark(lamp, subject)]
+    for lamp in lamps:
+        show(lamp, subject.layer)
+        _switch_on(lamp)
+        if why_dark(lamp, subject):  # only its light linking is left
+            lamp.light_linking.receiver_collection = None
+    context.view_layer.update()
+    update_lamps(subject.scene, in_viewport=has_window())
+    return f"shown: {_names(lamps) or 'no lamp was dark'}"
+
+
+def _switch_on(lamp: bpy.types.Object) -> None:
+    """Let a lamp light the diffraction, and give it power, a colour, and a size if it lacks them."""
+    lamp.pop(COUNTS, None)
+    lamp.visible_glossy = True
+    if max(lamp.data.color) <= 0:
+        lamp.data.color = (1.0, 1.0, 1.0)
+    if not all(lamp.scale):
+        lamp.scale = (1.0, 1.0, 1.0)
+    if lamp.data.energy == 0:
+        lamp.data.energy = 1.0
+        lamp.data.energy = WELL_LIT / max(float(irradiances([lamp], ())[0]), 1e-9)
+
+
+def _brighten(context: bpy.types.Context) -> str:
+    subject = _subject(context)
+    boxes = boxes_showing(subject.scene)
+    lamps = [lamp for lamp in lamps_of(subject.scene) if not why_dark(lamp, subject)]
+    wanted = WELL_LIT / 2.0**subject.scene.view_settings.exposure
+    for lamp, now in zip(lamps, irradiances(lamps, boxes).tolist(), strict=True):
+        if 0 < now < wanted:
+            lamp.data.energy *= wanted / now
+    return f"brightened: {_names(lamps)}"
+
+
+def _show_objects(context: bpy.types.Context) -> str:
+    subject = _subject(context)
+    for thing in subject.things:
+        show(thing, subject.layer)
+        thing.visible_camera = True
+        end_holdout(thing, subject.layer)
+    return f"shown: {_names(subject.things)}"
+
+
+def _aim_camera(context: bpy.types.Context) -> str:
+    subject, camera = _subject(context), context.scene.camera
+    if camera is None:
+        raise GratingError(f"scene {context.scene.name}", "no camera", "add one and make it the scene's camera")
+    thing = subject.things[0]
+    corners = [thing.matrix_world @ Vector(corner) for corner in thing.bound_box]
+    middle = sum(corners, Vector()) / len(corners)
+    place = camera.matrix_world.translation.copy()
+    turned = (middle - place).to_track_quat("-Z", "Y").to_matrix().to_4x4()
+    turned.translation = place
+    camera.matrix_world = turned
+    return f"{camera.name}: turned to {thing.name}"
+
+
+def _shading(context: bpy.types.Context) -> Any:
+    """The shading of the 3D view that the artist looks at. Raises GratingError without one."""
+    views = views_of(context)
+    if not views:
+        raise GratingError("screen", "no 3D view on it", "open one")
+    return views[0].shading
+
+
+def _rendered(context: bpy.types.Context) -> str:
+    _shading(context).type = "RENDERED"
+    return "the 3D view shows Rendered shading"
+
+
+def _render_pass(context: bpy.types.Context) -> str:
+    shading = _shading(context)
+    shading.render_pass = shading.cycles.render_pass = "COMBINED"
+    return "the 3D view shows the pass Combined"
+
+
+def _scene_lights(context: bpy.types.Context) -> str:
+    _shading(context).use_scene_lights_render = True
+    return "the 3D view shows the scene's lights"
+
+
+def _view_layer(context: bpy.types.Context) -> str:
+    layer = context.view_layer
+    layer.material_override, layer.use_solid = None, True
+    return f"view layer {layer.name}: shows the objects' own materials"
+
+
+def _connect(context: bpy.types.Context) -> str:
+    subject = _subject(context)
+    for material in subject.materials:
+        add_diffraction(material, subject.group)
+    return f"connected: {_names(subject.materials)}"
+
+
+def _give_faces(context: bpy.types.Context) -> str:
+    subject = _subject(context)
+    for thing in subject.things:
+        shows = [slot.material in subject.materials for slot in thing.material_slots]
+        thing.data.polygons.foreach_set("material_index", [shows.index(True)] * len(thing.data.polygons))
+        thing.data.update()
+    return f"{subject.grating.name}: on all faces of {_names(subject.things)}"
+
+
+def _reset(name: str) -> Callable[[bpy.types.Context], str]:
+    """The action that resets an input of the Diffraction nodes, or of their holograms."""
+
+    def reset(context: bpy.types.Context) -> str:
+        subject = _subject(context)
+        for node in subject.nodes:
+            if (socket := set_number(node, name)) is not None:
+                socket.default_value = SETTABLE[name].default
+        return f"{name}: {SETTABLE[name].default:g} in {_names(subject.materials)}"
+
+    return reset
+
+
+def _exposure(context: bpy.types.Context) -> str:
+    context.scene.view_settings.exposure = 0.0
+    context.scene.cycles.film_exposure = 1.0
+    return "exposure: reset"
+
+
+def _view_transform(context: bpy.types.Context) -> str:
+    if name := show_pure_colours(context.scene):
+        return f"view transform: {name}"
+    raise GratingError("view transform", "none is known to keep pure colours", "choose one in Color Management")
+
+
+def _samples(context: bpy.types.Context) -> str:
+    context.scene.cycles.samples = max(context.scene.cycles.samples, _SAMPLES)
+    context.scene.eevee.taa_render_samples = max(context.scene.eevee.taa_render_samples, _SAMPLES)
+    return f"renders: at least {_SAMPLES} samples"
+
+
+def _no_shadows(context: bpy.types.Context) -> str:
+    subject = _subject(context)
+    subject.grating.shadows = False
+    set_up(subject.group, shadows=False, lights=subject.grating.lit_by)
+    return f"{subject.grating.name}: objects cast no shadows on it"
+
+
+ACTIONS: dict[str, Callable[[bpy.types.Context], str]] = {
+    "SHOW_LAMPS": _show_lamps,
+    "BRIGHTEN": _brighten,
+    "SHOW_OBJECTS": _show_objects,
+    "AIM_CAMERA": _aim_camera,
+    "NO_SHADOWS": _no_shadows,
+    "RENDERED": _rendered,
+    "RENDER_PASS": _render_pass,
+    "SCENE_LIGHTS": _scene_lights,
+    "VIEW_LAYER": _view_layer,
+    "CONNECT": _connect,
+    "GIVE_FACES": _give_faces,
+    "STRENGTH": _reset("Strength"),
+    "BASE_BLEND": _reset("Base Blend"),
+    "HEIGHT_SCALE": _reset("Height Scale"),
+    "ROUGHNESS": _reset("Roughness"),
+    "PERIOD_SCALE": _reset("Period Scale"),
+    "EXPOSURE": _exposure,
+    "VIEW_TRANSFORM": _view_transform,
+    "SAMPLES": _samples,
+}
+
+
+def _names(things) -> str:
+    return ", ".join(thing.name for thing in things)

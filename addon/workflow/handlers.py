@@ -29,7 +29,7 @@ from ..lamps.rendered_lamps import show_as_rendered
 from ..materials.data_pictures import wrong_colours
 from ..materials.group_properties import is_diffraction
 from ..materials.skin import renew_outdated
-from .fitting_worlds import (
+from .lights.fitting_worlds import (
     drop_stale_sources,
     forget_worlds,
     forget_worlds_of,
@@ -38,7 +38,7 @@ from .fitting_worlds import (
     want_fit,
     world_is_known,
 )
-from .lighting import lit_boxes, update_lamps
+from .lights.lighting import lit_boxes, update_lamps
 
 
 @persistent

@@ -15,7 +15,7 @@ from ...precompute.base.failure import GratingError
 from ...precompute.surface.generated.parameters import title_of_stem
 from ...precompute.table.atlas import read_header
 from ..gratings.bakes import note_region
-from ..gratings.grating import ATTRIBUTE, LAMPS_ONLY, NO_SAMPLE_SET, REST, Grating, Variation
+from ..gratings.grating import ATTRIBUTE, LAMPS_ONLY, LIGHTS, NO_SAMPLE_SET, REST, Grating, Variation
 from ..gratings.own_names import follow_name, note_own
 from ..materials.direct.direct_response import direct_response
 from ..materials.group_properties import is_diffraction, variation_of
@@ -34,7 +34,7 @@ from ..materials.skin import (
 )
 from .directing import meshes_that_show
 from .finding_bakes import bake_of
-from .lighting import update_all_lamps
+from .lights.lighting import update_all_lamps
 
 
 def make_material(scene: bpy.types.Scene, grating: Grating) -> bpy.types.Material:
@@ -131,13 +131,15 @@ def refresh_group(grating: Grating) -> None:
 
 
 def choose_lights(grating: Grating, lights: str) -> list[str]:
-    """Set which lights a grating's materials respond to (gratings/grating.py). Returns warnings."""
+    """Set which lights a grating's materials respond to (gratings/grating.py). Returns lines to report."""
     grating.lights = lights
+    label = next(label for name, label, _ in LIGHTS if name == lights)
+    report = [f"{grating.name}: {label}, shadows {'on' if grating.shadows else 'off'}"]
     group = take_back(grating.own_group)
     if group is None:
-        return []
+        return report
     set_up(group, shadows=grating.shadows, lights=lights)
-    return lamps_alone(grating) + lost([group]) + crowded(group)
+    return report + lamps_alone(grating) + lost([group]) + crowded(group)
 
 
 def lamps_alone(grating: Grating) -> list[str]:

@@ -21,7 +21,7 @@ from ..materials.osl.thesis_methods import build_osl_response
 from ..materials.response import Response
 from ..materials.skin import group_around
 from .baking import deadline_of
-from .lighting import update_lamps
+from .lights.lighting import update_lamps
 
 
 def write_images(grating: Grating, method: str) -> Path:

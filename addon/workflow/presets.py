@@ -27,13 +27,13 @@ from ..materials.holograms.hologram_nodes import add_pattern, pattern_group
 from ..materials.holograms.patterns import LABELS
 from ..materials.material import LABEL, check_can_change, overfull, tell_cycles
 from ..showcase.stage import STAGES, add_thing, set_stage
-from .adding_holograms import fit_hologram, fit_pattern
 from .assigning import add_to_meshes, assign_to_meshes, further, prepared
 from .baking import bake_and_wait, take_draft
 from .chosen_meshes import meshes_among
 from .directing import choose_frame
 from .importing import add_averaged, keep_if_new
 from .making_materials import beginning_of, group_of
+from .varying_inputs import fit_hologram, fit_pattern
 
 # The source of the scan's direction for each direction of a preset. A disc's axis is its object's Z axis.
 SOURCES = {"stored": DirectionSource(STORED), "radial": DirectionSource(RADIAL, axis="Z")}

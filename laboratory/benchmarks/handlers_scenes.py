@@ -28,8 +28,8 @@ def plain(addon: SimpleNamespace, bake: Path) -> None:
     grating.name, grating.source, grating.bake_path = "blazed", "sample:blazed", str(bake)
     grating.asked = addon.bakes._settings(grating.bake_request())
     # A timer would compute the scan's preview once; timers do not run here.
-    from_sample = addon.previewing_levelling._asked(grating)
-    addon.previewing_levelling._shown[from_sample] = addon.previewing_levelling._made(from_sample)
+    from_sample = addon.levelling._asked(grating)
+    addon.levelling._shown[from_sample] = addon.levelling._made(from_sample)
     bpy.context.object.select_set(True)
     assert bpy.ops.grating.assign() == {"FINISHED"}
     bpy.context.view_layer.update()

@@ -119,7 +119,7 @@ def shows_nothing(studio: Studio) -> str:
     scene.camera.rotation_euler = (np.pi, 0, 0)
     bpy.context.view_layer.update()
     try:
-        addon.measuring_needs.measure_needs(scene, grating)
+        addon.baking.measure_needs(scene, grating)
     except addon.child.GratingError as refusal:
         return f"refused: {refusal}"
     return "NOT REFUSED"

@@ -187,9 +187,9 @@ def measure(of: Scene, arguments: argparse.Namespace) -> list[dict]:
         of.addon.making_materials.choose_lights(of.grating, lights)
         (whole, before), first = of.table(), of.render(f"{lights.lower()}_whole")
         start = time.perf_counter()
-        measured = of.addon.measuring_needs.measure_needs(of.scene, of.grating)
+        measured = of.addon.baking.measure_needs(of.scene, of.grating)
         seconds = time.perf_counter() - start
-        request = of.addon.measuring_needs.request_with(of.grating, measured.needs)
+        request = of.addon.baking.request_with(of.grating, measured.needs)
         of.addon.baking.bake_and_wait(of.grating, request=request)
         (part, after), second = of.table(), of.render(f"{lights.lower()}_needs")
         row = {
@@ -206,7 +206,7 @@ def measure(of: Scene, arguments: argparse.Namespace) -> list[dict]:
         facts.append(row)
         tell(row, arguments.json)
         bpy.context.view_layer.update()
-        whole_again = of.addon.measuring_needs.request_with(of.grating, of.addon.measuring_needs.EVERYTHING)
+        whole_again = of.addon.baking.request_with(of.grating, of.addon.baking.EVERYTHING)
         of.addon.baking.bake_and_wait(of.grating, request=whole_again)
     return facts
 

@@ -105,7 +105,7 @@ class Stage:
         self.addon.making_materials.choose_lights(of.grating, "LAMPS")
         # Before Blender 5.1 Cycles traces shadow rays only in OSL: the reference would have shadows that methods lack.
         of.grating.shadows = False
-        self.needs = self.addon.measuring_needs.measure_needs(of.scene, of.grating).needs
+        self.needs = self.addon.baking.measure_needs(of.scene, of.grating).needs
         self.group = of.grating.group
         materials = bpy.data.objects[SCENES[of.name][1]].data.materials
         self.material = next(m for m in materials if self.addon.material.diffraction_nodes(m))

@@ -29,7 +29,7 @@ def active():
 
 def previewed():
     """Steps: wait until the panel, by being redrawn, has made its preview; returns the preview."""
-    shown = importlib.import_module(f"{ADDON}.workflow.previewing_levelling").shown
+    shown = importlib.import_module(f"{ADDON}.workflow.levelling").shown
     for _ in range(_LOOKS):
         view()[0].tag_redraw()
         yield LONG / 2
@@ -49,7 +49,7 @@ def drop():
 
 def baked():
     """Steps: wait for the bake in its child process."""
-    operator = importlib.import_module(f"{ADDON}.operators.bake_grating").BakeGrating
+    operator = importlib.import_module(f"{ADDON}.operators.bake").BakeGrating
     while operator.job is not None:
         yield LONG / 2
     yield LONG

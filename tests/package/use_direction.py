@@ -77,8 +77,8 @@ def show_without_seams():
 
 def spoil_the_overlay():
     """Steps: a drawing error switches the overlay off, and the button reports it."""
-    overlay = importlib.import_module(f"{ADDON}.workflow.direction_overlay")
-    button = importlib.import_module(f"{ADDON}.operators.show_direction").ShowDirection
+    overlay = importlib.import_module(f"{ADDON}.workflow.directing")
+    button = importlib.import_module(f"{ADDON}.operators.direction").ShowDirection
     sound = overlay.direction_lines
     overlay.direction_lines = lambda *_: 1 / 0
     bpy.ops.grating.show_direction()
@@ -119,7 +119,7 @@ def story():
     yield from show_alone("Suzanne", seen_from_above=False)
     bpy.data.objects["Suzanne"].select_set(True)
 
-    unwrap = importlib.import_module(f"{ADDON}.operators.unwrap_meshes").Unwrap
+    unwrap = importlib.import_module(f"{ADDON}.operators.direction").Unwrap
     packages = importlib.import_module(f"{ADDON.rpartition('.')[0]}.precompute.base.machine")
     yield from press_button("bpy.ops.grating.unwrap")
     yield from waited_for(lambda: maps() == ["UVMap", "Unwrapped"])

@@ -40,12 +40,16 @@ def set_up():
     bpy.context.view_layer.objects.active = plane
     plane.select_set(True)
     sources = import_module(f"{ADDON}.precompute.world_sources.sources")
-    fit_world, sky = (import_module(f"{ADDON}.addon.{name}") for name in ("workflow.fitting_worlds", "lamps.sky"))
+    fit_world, sky = (
+        import_module(f"{ADDON}.addon.{name}") for name in ("workflow.lights.fitting_worlds", "lamps.sky")
+    )
     source = sources.Source((0.0, 0.6, 0.8), (1.0, 1.0, 1.0), 1e-3)
     fit_world.stop_fitting()
     sky.hold_sources(scene, [source] * 8, fingerprint=fit_world._fingerprint(scene), missed=0.0)
     assert bpy.ops.grating.assign() == {"FINISHED"}
-    vary, variation = (import_module(f"{ADDON}.addon.{name}") for name in ("workflow.varying", "gratings.variation"))
+    vary, variation = (
+        import_module(f"{ADDON}.addon.{name}") for name in ("workflow.making_materials", "gratings.grating")
+    )
     first, *others = gratings.items
     vary.vary(scene, first, variation.Variation(shares=(0.5,)), others=others)
     assert first.group["ng_sources_read"] == 8, dict(first.group)

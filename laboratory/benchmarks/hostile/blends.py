@@ -224,7 +224,7 @@ def _draw(skin: Skin) -> None:
         lists["GratingList"].draw_item(None, context, Layout(), None, grating, 0, None, "")
         for step in grating.steps:
             lists["StepList"].draw_item(None, context, Layout(), None, step, 0, None, "")
-    skin.addon.previewing_levelling.refresh()
+    skin.addon.levelling.refresh()
 
 
 def _asked(skin: Skin) -> str | None:
@@ -245,7 +245,7 @@ def _needed(skin: Skin) -> str | None:
     if grating is None:
         return None
     try:
-        skin.addon.measuring_needs.measure_needs(skin.scene, grating)
+        skin.addon.baking.measure_needs(skin.scene, grating)
     except skin.addon.child.GratingError as fault:
         return str(fault)
     return None

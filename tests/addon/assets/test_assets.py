@@ -172,7 +172,7 @@ def test_the_hologram_of_an_asset_is_fitted_when_it_is_adopted(addon, scene, gra
     for marked, fitted in ((False, 1.0), (True, 3.0)):
         aspect.default_value = 1.0
         if marked:
-            addon.adding_holograms.fit_hologram_later(plane.active_material)
+            addon.varying_inputs.fit_hologram_later(plane.active_material)
         scene.natural_gratings.items.clear()
         assert bpy.ops.grating.adopt() == {"FINISHED"}
         assert aspect.default_value == pytest.approx(fitted)

@@ -133,7 +133,7 @@ def test_it_bakes_and_is_baked_for_a_scene_without_a_file(addon, scene, tmp_path
     other = scene.natural_gratings.items.add()
     other.name, other.bake_path = "other", str(path)
     needs = importlib.import_module(f"{EXTENSION}.precompute.bake.needs").EVERYTHING
-    request = importlib.import_module(f"{EXTENSION}.addon.workflow.measuring_needs").request_with(other, needs)
+    request = importlib.import_module(f"{EXTENSION}.addon.workflow.baking").request_with(other, needs)
     assert request.scans[0].source == header["source"]
 
 

@@ -61,10 +61,8 @@ def test_a_faulty_file_is_reported_in_one_line(module, monkeypatch):
     monkeypatch.setattr(presets, "read_preset", fail)
     monkeypatch.setattr(importlib.import_module(f"{EXTENSION}.addon.workflow.presets"), "read_preset", fail)
     assert module._item("cd") == ("cd", "cd", str(faulty))
-    told = []
-    operator = SimpleNamespace(preset="cd", assign=False, report=lambda *line: told.append(line))
-    assert module.AddPreset.execute(operator, bpy.context) == {"CANCELLED"}
-    assert told == [({"ERROR"}, "cd.json: title: is missing; add `title`")]
+    with pytest.raises(RuntimeError, match="cd.json: title: is missing; add `title`"):
+        bpy.ops.grating.add_preset(preset="cd", assign=False)
 
 
 def test_the_enumeration_is_the_folder_s(module):

@@ -44,7 +44,7 @@ def test_one_click_measures_bakes_and_swaps(addon, scene, coarse, watched):
     after = shown_pixels(addon, coarse)
     assert after[0] < before[0] and after[1] == before[1]
     _, header = read_header(coarse.baked_file())
-    asked = addon.measuring_needs.measure_needs(scene, coarse).needs
+    asked = addon.baking.measure_needs(scene, coarse).needs
     recorded = header["request"]["needs"]
     np.testing.assert_allclose(ranges(asked), [recorded[name] for name in "uvw"], atol=1e-9)
     assert recorded["footprint"] == asked.footprint and "measured" not in recorded
@@ -148,16 +148,15 @@ def test_the_verb_says_that_there_is_nothing_to_gain(addon, scene, coarse, ball,
 
 def test_a_bake_that_comes_out_no_smaller_is_not_taken(addon, coarse, monkeypatch):
     before = coarse.bake_path
-    bake = addon.baking
-    larger = bake.finished_bake
-    monkeypatch.setattr(bake, "finished_bake", lambda *a, **k: larger(*a, **k) | {"blender_bytes": 1 << 40})
+    result = addon.child.Job.result
+    monkeypatch.setattr(addon.child.Job, "result", lambda job: result(job) | {"blender_bytes": 1 << 40})
     with pytest.raises(RuntimeError, match="nothing gained: the bake for this scene takes 1048576 MiB instead of"):
         bpy.ops.grating.needs()
     assert coarse.bake_path == before and not coarse.for_scene
 
 
 def test_the_estimate_is_that_of_a_bake(addon, scene, coarse, watched):
-    """A bake's texels differ by up to 7 % (workflow/measuring_needs.py), which is 15 % of its bytes."""
+    """A bake's texels differ by up to 7 % (workflow/baking.py), which is 15 % of its bytes."""
     from precompute.bake.needs import EVERYTHING
     from precompute.bake.plan import expected_table_bytes
     from precompute.table.atlas import read_header
@@ -165,7 +164,7 @@ def test_the_estimate_is_that_of_a_bake(addon, scene, coarse, watched):
     layout, _ = read_header(coarse.baked_file())
     part, whole = expected_table_bytes(layout, EVERYTHING)
     assert part == pytest.approx(whole, rel=0.02)
-    needs = addon.measuring_needs.measure_needs(scene, coarse).needs
+    needs = addon.baking.measure_needs(scene, coarse).needs
     part, _ = expected_table_bytes(layout, needs)
     bpy.ops.grating.needs()
     made, _ = read_header(coarse.baked_file())

@@ -33,8 +33,8 @@ def test_the_menu_names_a_few_formats(addon):
     """All formats would be wider than the screen."""
     drawn = []
     layout = SimpleNamespace(operator=lambda name, text: drawn.append((name, text)))
-    addon.import_height_map.menu_entry(SimpleNamespace(layout=layout), None)
-    ((name, text),) = drawn
+    addon.import_files.menu_entries(SimpleNamespace(layout=layout), None)
+    (name, text), _ = drawn
     assert name == "grating.import_height_map"
     named = text.removeprefix("Height Map (").removesuffix(", ...)").split(", ")
     assert len(named) > 2 and set(named) <= set(extensions())
@@ -73,7 +73,7 @@ def relief_of_the_grid(shared_data):
 def test_a_real_scan_is_dropped_previewed_levelled_baked_and_undone(
     addon, scene, shared_data, tmp_path, file, name, relief_m
 ):
-    addon.previewing_levelling.stop()
+    addon.levelling.stop()
     shutil.copy(shared_data / file, tmp_path / name)
     bpy.ops.ed.undo_push(message="before")
 
@@ -81,9 +81,9 @@ def test_a_real_scan_is_dropped_previewed_levelled_baked_and_undone(
         bpy.ops.ed.undo_push(message=message)
 
     def previewed():
-        assert addon.previewing_levelling.shown(active()) is None
-        addon.previewing_levelling.refresh()
-        return addon.previewing_levelling.shown(active()).preview
+        assert addon.levelling.shown(active()) is None
+        addon.levelling.refresh()
+        return addon.levelling.shown(active()).preview
 
     # What Blender passes to the operator for a dropped file.
     dropped_file = {"filepath": str(tmp_path / name), "directory": f"{tmp_path}/", "files": [{"name": name}]}
@@ -108,7 +108,7 @@ def test_a_real_scan_is_dropped_previewed_levelled_baked_and_undone(
     assert active().levelling == "plane,dust:6" and active().bake_path
     bpy.ops.ed.undo()
     assert active().levelling == "plane" and not active().bake_path
-    assert addon.previewing_levelling.shown(active()).preview is first
+    assert addon.levelling.shown(active()).preview is first
     bpy.ops.ed.undo()
     assert active() is None
     for _ in range(3):

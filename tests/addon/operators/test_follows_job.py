@@ -36,8 +36,7 @@ def following(extension):
             told.append(line)
 
         def finish(self, job):
-            told.append("finished")
-            return {"FINISHED"}
+            return ["finished"]
 
     manager = SimpleNamespace(
         windows=[],

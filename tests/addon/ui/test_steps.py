@@ -22,7 +22,7 @@ def active():
 @pytest.fixture
 def steps(addon, scene, scan):
     """A function that optionally sets the imported grating's steps and returns them as text."""
-    addon.previewing_levelling.stop()
+    addon.levelling.stop()
     bpy.ops.grating.import_height_map(filepath=str(scan), size_um=4, height_nm=100)
 
     def taken(text=None):
@@ -31,7 +31,7 @@ def steps(addon, scene, scan):
         return active().levelling
 
     yield taken
-    addon.previewing_levelling.stop()
+    addon.levelling.stop()
 
 
 def test_a_scan_begins_with_a_plane(steps):
@@ -164,7 +164,7 @@ def test_the_panel_draws_the_preview_above_the_folded_steps(addon, steps):
     layout = drawn(addon, folded=True)
     assert layout.labels[:2] == ["4 x 4 um", "Levelling the scan ..."] and layout.pictures == 0
     assert not layout.lists and not own & set(layout.operators)
-    addon.previewing_levelling.refresh()
+    addon.levelling.refresh()
     layout = drawn(addon, folded=True)
     assert layout.pictures == 2
     assert not [label for label in layout.labels if label.startswith(("relief", "period"))]
@@ -182,27 +182,27 @@ def test_a_preview_is_made_once_for_each_choice_of_steps(addon, steps, monkeypat
     for text, count in (("plane", 1), ("plane,invert", 2), ("plane", 2)):
         steps(text)
         for _ in range(3):
-            addon.previewing_levelling.shown(active())
-        assert bpy.app.timers.is_registered(addon.previewing_levelling.refresh) is (count > len(made))
+            addon.levelling.shown(active())
+        assert bpy.app.timers.is_registered(addon.levelling.refresh) is (count > len(made))
         if count > len(made):
-            bpy.app.timers.unregister(addon.previewing_levelling.refresh)
-            addon.previewing_levelling.refresh()
+            bpy.app.timers.unregister(addon.levelling.refresh)
+            addon.levelling.refresh()
         assert len(made) == count
-        assert addon.previewing_levelling.shown(active()).preview is not None
+        assert addon.levelling.shown(active()).preview is not None
 
 
 def test_the_scan_is_read_once_for_all_steps(addon, steps):
-    held = addon.previewing_levelling.scan_of(active())
+    held = addon.levelling.scan_of(active())
     steps("plane,invert")
-    assert addon.previewing_levelling.scan_of(active()) is held
+    assert addon.levelling.scan_of(active()) is held
 
 
 def test_the_pictures_are_the_scans(addon, steps):
     """Blender's rows run upwards."""
-    addon.previewing_levelling.shown(active())
-    addon.previewing_levelling.refresh()
-    found = addon.previewing_levelling.shown(active()).preview
-    (pictures,) = addon.previewing_levelling._pictures
+    addon.levelling.shown(active())
+    addon.levelling.refresh()
+    found = addon.levelling.shown(active()).preview
+    (pictures,) = addon.levelling._pictures
     assert len(pictures) == 2
     for image, look in zip(pictures.values(), (found.before, found.after), strict=True):
         assert tuple(image.image_size) == (64, 64)
@@ -216,8 +216,8 @@ def test_line_alignment_is_warned_of_before_the_bake(addon, scene, tmp_path):
     Image.fromarray(lines.astype(np.uint8)).save(tmp_path / "rows.png")
     bpy.ops.grating.import_height_map(filepath=str(tmp_path / "rows.png"), size_um=4, height_nm=100)
     active().levelling = "plane,lines"
-    addon.previewing_levelling.shown(active())
-    addon.previewing_levelling.refresh()
+    addon.levelling.shown(active())
+    addon.levelling.refresh()
     layout = drawn(addon)
     assert "lines: weakens the main peak of the grating (500 nm at 90 deg) by 100%" in layout.noted("ERROR")
 
@@ -227,20 +227,20 @@ def test_line_alignment_is_warned_of_before_the_bake(addon, scene, tmp_path):
 ])  # fmt: skip
 def test_a_step_that_fails_is_one_line_in_the_panel(addon, steps, text, fault):
     steps(text)
-    addon.previewing_levelling.shown(active())
-    addon.previewing_levelling.refresh()
+    addon.levelling.shown(active())
+    addon.levelling.refresh()
     layout = drawn(addon)
     assert fault in layout.noted("ERROR") and layout.pictures == 0
 
 
 def test_a_scan_that_is_gone_is_one_line_in_the_panel(addon, scene, scan, tmp_path):
-    addon.previewing_levelling.stop()
+    addon.levelling.stop()
     gone = tmp_path / "gone.png"
     gone.write_bytes(scan.read_bytes())
     bpy.ops.grating.import_height_map(filepath=str(gone), size_um=4, height_nm=100)
     gone.unlink()
-    addon.previewing_levelling.shown(active())
-    addon.previewing_levelling.refresh()
+    addon.levelling.shown(active())
+    addon.levelling.refresh()
     assert "gone.png: cannot be read" in drawn(addon).noted("ERROR")
 
 
@@ -265,22 +265,22 @@ def test_of_a_grating_made_from_a_bake_nothing_is_levelled(addon, grating):
 
 
 def test_what_was_kept_is_given_back(addon, steps, monkeypatch):
-    monkeypatch.setattr(addon.previewing_levelling, "_KEPT_MAX", 2)
+    monkeypatch.setattr(addon.levelling, "_KEPT_MAX", 2)
     for text in ("plane", "invert", "plane,invert"):
         steps(text)
-        addon.previewing_levelling.shown(active())
-        addon.previewing_levelling.refresh()
-    assert len(addon.previewing_levelling._shown) == 1 and len(addon.previewing_levelling._pictures[0]) == 2
-    addon.previewing_levelling.shown(active())
-    addon.previewing_levelling.stop()
-    assert not addon.previewing_levelling._shown and not addon.previewing_levelling._pictures
-    assert not bpy.app.timers.is_registered(addon.previewing_levelling.refresh)
+        addon.levelling.shown(active())
+        addon.levelling.refresh()
+    assert len(addon.levelling._shown) == 1 and len(addon.levelling._pictures[0]) == 2
+    addon.levelling.shown(active())
+    addon.levelling.stop()
+    assert not addon.levelling._shown and not addon.levelling._pictures
+    assert not bpy.app.timers.is_registered(addon.levelling.refresh)
 
 
 def test_a_large_scan_is_previewed_thinned_and_it_is_said(addon, scene, tmp_path):
     grey = np.tile(127 + 100 * np.sin(2 * np.pi * np.arange(1100) / 16), (1100, 1))
     Image.fromarray(grey.astype(np.uint8)).save(tmp_path / "large.png")
     bpy.ops.grating.import_height_map(filepath=str(tmp_path / "large.png"), size_um=55, height_nm=100)
-    addon.previewing_levelling.shown(active())
-    addon.previewing_levelling.refresh()
+    addon.levelling.shown(active())
+    addon.levelling.refresh()
     assert "The preview shows 1 pixel in 2 along x and y. The bake uses all pixels" in drawn(addon).noted("NONE")

@@ -82,7 +82,7 @@ def test_the_group_has_tooltips_units_and_blender_s_own_nodes(assigned, addon, a
 
 
 def test_fields_and_inputs_agree(addon):
-    patterns, operator = addon.patterns, addon.add_hologram
+    patterns, operator = addon.patterns, addon.vary
     shown = bpy.ops.grating.hologram.get_rna_type().properties
     for sockets in patterns.OWN_INPUTS.values():
         for socket in sockets:
@@ -160,7 +160,7 @@ def test_it_is_there_in_a_file_that_is_opened_again(assigned, addon, add, tmp_pa
     assert addon.hologram_nodes.pattern_of(node.node_tree) == "PICTURE"
     (image,) = [each.image for each in node.node_tree.nodes if each.type == "TEX_IMAGE"]
     assert image.packed_file is not None and image.colorspace_settings.is_data
-    assert addon.adding_holograms.hologram_summary(grating.group) == "From Picture"
+    assert addon.varying_inputs.hologram_summary(grating.group) == "From Picture"
 
 
 def test_undo_takes_it_back(assigned, addon, add):

@@ -149,7 +149,7 @@ def test_into_a_hidden_collection_it_is_refused(scene, kind):
 @pytest.mark.parametrize("length_m", [0.0, 1e6, float("nan")])
 def test_a_length_out_of_range_is_refused(addon, scene, length_m):
     with pytest.raises(Exception, match="give 0.01 to 100"):
-        addon.adding_snakes.add_snake(
+        addon.adding_things.add_snake(
             bpy.context, "XENOPELTIS", "S", length_m=length_m, detail=addon.shape.Detail(11_000), bones=False
         )  # fmt: skip
     assert "Snake" not in bpy.data.objects
@@ -209,7 +209,7 @@ def test_a_piece_of_shed_skin_is_a_flat_sheet_that_lets_light_through(addon, sce
 @pytest.mark.parametrize("size_m", [0.0, 11.0, float("nan")])
 def test_a_size_of_shed_skin_out_of_range_is_refused(addon, scene, size_m):
     with pytest.raises(Exception, match="mm; give 0.1 to 10000"):
-        addon.adding_snakes.add_shed_skin(bpy.context, "ELAPHE", size_m=size_m, faces=11_000, seed=0)
+        addon.adding_things.add_shed_skin(bpy.context, "ELAPHE", size_m=size_m, faces=11_000, seed=0)
     assert "Shed Skin" not in bpy.data.objects
 
 
@@ -226,7 +226,7 @@ def test_it_is_undone(scene, kind):
 
 def test_the_menu_has_its_entry(extension):
     entries = bpy.types.VIEW3D_MT_mesh_add.draw._draw_funcs
-    assert any(entry.__module__.endswith("operators.add_snake") for entry in entries)
+    assert any(entry.__module__.endswith("operators.add_things") for entry in entries)
 
 
 def pictured(scene, snake, height: float) -> np.ndarray:

@@ -287,7 +287,7 @@ def test_undo_takes_back_what_a_button_did(addon, scene, colourful):  # noqa: F8
 
 def test_every_action_has_a_function_and_every_button_an_operator(addon, scene):
     items = bpy.ops.grating.mend_cause.get_rna_type().properties["action"].enum_items
-    assert set(items.keys()) == set(addon.mending_causes.ACTIONS)
+    assert set(items.keys()) == set(addon.finding_causes.ACTIONS)
 
 
 def test_an_action_without_a_grating_is_refused_in_one_line(scene):

@@ -21,7 +21,7 @@ def ranges(needs):
 def test_a_plane_under_a_sun(addon, scene, watched):
     """wi is (sin 40, 0, cos 40). The camera sees all of the plane's height and more than its width: wr leans by up to
     atan(1 / 10) each way. A pixel is 1/160 of a sensor of 36 mm before a lens of 50 mm."""
-    measured = addon.measuring_needs.measure_needs(scene, scene.natural_gratings.active())
+    measured = addon.baking.measure_needs(scene, scene.natural_gratings.active())
     lean = 1 / math.sqrt(101)
     corner = 1 / math.sqrt(102)
     sine, cosine = math.sin(math.radians(40)), math.cos(math.radians(40))
@@ -40,13 +40,13 @@ def test_a_plane_under_a_sun(addon, scene, watched):
 
 def test_scales_and_turns_are_the_material_s_and_the_object_s(addon, scene, watched):
     grating = scene.natural_gratings.active()
-    before = ranges(addon.measuring_needs.measure_needs(scene, grating).needs)
+    before = ranges(addon.baking.measure_needs(scene, grating).needs)
     (node,) = addon.material.diffraction_nodes(watched.active_material)
     node.inputs["Rotation"].default_value = math.pi / 2
     node.inputs["Period Scale"].default_value = 0.5
     node.inputs["Height Scale"].default_value = 0.5
     bpy.context.view_layer.update()
-    after = ranges(addon.measuring_needs.measure_needs(scene, grating).needs)
+    after = ranges(addon.baking.measure_needs(scene, grating).needs)
     # T is now +Y and B is -X; the ranges are rounded outwards, and each margin stays.
     inner = before + np.array((MARGIN, -MARGIN))
     wanted = 0.5 * np.stack([inner[1], -inner[0][::-1], inner[2]]) + np.array((-MARGIN, MARGIN))
@@ -55,7 +55,7 @@ def test_scales_and_turns_are_the_material_s_and_the_object_s(addon, scene, watc
 
 def test_light_from_everywhere_needs_the_hemisphere(addon, scene, watched):
     bpy.ops.grating.lights(lights="REST")
-    measured = addon.measuring_needs.measure_needs(scene, scene.natural_gratings.active())
+    measured = addon.baking.measure_needs(scene, scene.natural_gratings.active())
     lean = 1 / math.sqrt(101)
     found = ranges(measured.needs)
     np.testing.assert_allclose(found[:2], np.array((-1, 1)) * (1 + lean + MARGIN) * np.ones((2, 1)), atol=0.01)
@@ -67,30 +67,30 @@ def test_links_keep_every_direction(addon, scene, watched):
     (node,) = addon.material.diffraction_nodes(watched.active_material)
     bump = tree.nodes.new("ShaderNodeBump")
     tree.links.new(bump.outputs["Normal"], node.inputs["Normal"])
-    measured = addon.measuring_needs.measure_needs(scene, scene.natural_gratings.active())
+    measured = addon.baking.measure_needs(scene, scene.natural_gratings.active())
     assert measured.needs.everything and "Plane: nodes set its Normal, so every direction is kept" in measured.lines
 
 
 def test_a_camera_that_moves_is_looked_through_in_all_frames(addon, scene, watched):
     grating = scene.natural_gratings.active()
-    still = addon.measuring_needs.measure_needs(scene, grating)
+    still = addon.baking.measure_needs(scene, grating)
     camera = scene.camera
     for frame, x in ((1, 0.0), (24, 3.0)):
         camera.location.x = x
         camera.keyframe_insert("location", frame=frame)
     scene.frame_set(7)
-    moving = addon.measuring_needs.measure_needs(scene, grating)
-    assert len(moving.facts["frames"]) == addon.measuring_needs.FRAMES_MAX
+    moving = addon.baking.measure_needs(scene, grating)
+    assert len(moving.facts["frames"]) == addon.baking.FRAMES_MAX
     assert (moving.facts["frames"][0], moving.facts["frames"][-1]) == (1, 24)
     assert scene.frame_current == 7
     assert moving.needs.region.u[1] > still.needs.region.u[1] + 0.2
-    assert addon.measuring_needs.measure_needs(scene, grating, (1, 1)).needs == still.needs
+    assert addon.baking.measure_needs(scene, grating, (1, 1)).needs == still.needs
 
 
 def test_a_camera_that_a_marker_brings_is_looked_through(addon, scene, watched):
     """Even a camera that is active only between two sampled frames."""
     grating = scene.natural_gratings.active()
-    still = addon.measuring_needs.measure_needs(scene, grating)
+    still = addon.baking.measure_needs(scene, grating)
     second = bpy.data.objects.new("Second", scene.camera.data)
     second.matrix_world = scene.camera.matrix_world
     second.location.x += 3.0
@@ -98,10 +98,10 @@ def test_a_camera_that_a_marker_brings_is_looked_through(addon, scene, watched):
     scene.frame_end = 240
     for frame, camera in ((1, scene.camera), (100, second), (103, scene.camera)):
         scene.timeline_markers.new(str(frame), frame=frame).camera = camera
-    cut = addon.measuring_needs.measure_needs(scene, grating)
+    cut = addon.baking.measure_needs(scene, grating)
     assert {1, 100, 103, 240} <= set(cut.facts["frames"])
     assert cut.needs.region.u[1] > still.needs.region.u[1] + 0.2
-    assert set(addon.measuring_needs.measure_needs(scene, grating, (90, 110)).facts["frames"]) >= {90, 100, 103, 110}
+    assert set(addon.baking.measure_needs(scene, grating, (90, 110)).facts["frames"]) >= {90, 100, 103, 110}
 
 
 def test_a_material_that_is_animated_is_looked_at_in_all_frames(addon, scene, watched):
@@ -110,13 +110,13 @@ def test_a_material_that_is_animated_is_looked_at_in_all_frames(addon, scene, wa
     for frame, turn in ((1, 0.0), (24, 1.5)):
         node.inputs["Rotation"].default_value = turn
         node.inputs["Rotation"].keyframe_insert("default_value", frame=frame)
-    assert len(addon.measuring_needs.measure_needs(scene, grating).facts["frames"]) == addon.measuring_needs.FRAMES_MAX
+    assert len(addon.baking.measure_needs(scene, grating).facts["frames"]) == addon.baking.FRAMES_MAX
 
 
 def test_instances_of_other_meshes_are_no_places(addon, scene, watched):
     """A ray that hits an instance returns a face number of another mesh."""
     grating = scene.natural_gratings.active()
-    before = addon.measuring_needs.measure_needs(scene, grating)
+    before = addon.baking.measure_needs(scene, grating)
     tree = bpy.data.node_groups.new("Warts", "GeometryNodeTree")
     for way in ("INPUT", "OUTPUT"):
         tree.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
@@ -132,7 +132,7 @@ def test_instances_of_other_meshes_are_no_places(addon, scene, watched):
     links.new(join.outputs[0], end.inputs[0])
     watched.modifiers.new("Warts", "NODES").node_group = tree
     bpy.context.view_layer.update()
-    found = addon.measuring_needs.measure_needs(scene, grating, (1, 1))
+    found = addon.baking.measure_needs(scene, grating, (1, 1))
     assert 0 < found.facts["places"] < before.facts["places"]
 
 
@@ -143,19 +143,19 @@ def test_subdivision_is_evaluated_and_objects_before_it_hide_it(addon, scene, wa
     cube = bpy.context.object
     cube.data.materials.append(watched.active_material)
     bpy.data.objects["Plane"].hide_render = True
-    before = ranges(addon.measuring_needs.measure_needs(scene, grating).needs)
+    before = ranges(addon.baking.measure_needs(scene, grating).needs)
     cube.modifiers.new("round", "SUBSURF").levels = 3
     for polygon in cube.data.polygons:
         polygon.use_smooth = True
     bpy.context.view_layer.update()
-    after = ranges(addon.measuring_needs.measure_needs(scene, grating).needs)
+    after = ranges(addon.baking.measure_needs(scene, grating).needs)
     assert np.ptp(after[0]) > np.ptp(before[0]) + 0.5
     bpy.ops.mesh.primitive_plane_add(size=5, location=(0, 0, 5))
     bpy.context.view_layer.update()
     with pytest.raises(addon.child.GratingError, match="the camera sees nothing of it"):
-        addon.measuring_needs.measure_needs(scene, grating)
+        addon.baking.measure_needs(scene, grating)
     bpy.context.object.hide_render = True
-    np.testing.assert_array_equal(ranges(addon.measuring_needs.measure_needs(scene, grating).needs), after)
+    np.testing.assert_array_equal(ranges(addon.baking.measure_needs(scene, grating).needs), after)
 
 
 def test_a_scene_that_shows_nothing_is_told_in_one_line(addon, scene, watched):
@@ -163,7 +163,7 @@ def test_a_scene_that_shows_nothing_is_told_in_one_line(addon, scene, watched):
 
     def told():
         with pytest.raises(addon.child.GratingError) as fault:
-            addon.measuring_needs.measure_needs(scene, grating)
+            addon.baking.measure_needs(scene, grating)
         assert len(str(fault.value).splitlines()) == 1 and "; " in str(fault.value)
         return str(fault.value)
 

@@ -13,9 +13,9 @@ from tests.addon.conftest import reports
 
 @pytest.fixture(autouse=True)
 def new_session(addon):
-    addon.offering_widths.forget_width()
+    addon.importing.forget_width()
     yield
-    addon.offering_widths.forget_width()
+    addon.importing.forget_width()
 
 
 @pytest.fixture
@@ -23,7 +23,7 @@ def dialog(addon):
     """The dialog with a file chosen in it; `size_um` is what the artist typed before."""
 
     def chosen(*paths, size_um=0.0):
-        operator = addon.import_height_map.ImportHeightMap
+        operator = addon.import_files.ImportHeightMap
         # As Blender's file dialog gives them: one path, or a folder with the names of several files.
         files = [SimpleNamespace(name=path.name) for path in paths]
         held = SimpleNamespace(filepath=str(paths[0]), directory=str(paths[0].parent), files=files)
@@ -118,8 +118,8 @@ def test_a_refused_file_is_offered_again_with_what_was_typed(scene, addon, named
     dialog, path = type("ImportHeightMap", (), {})(), named("other.png")
     with pytest.raises(RuntimeError, match="Height"):
         bpy.ops.grating.import_height_map(filepath=str(path), size_um=4, in_dialog=True)
-    addon.last_file.start_where_left(dialog)
+    addon.import_files.start_where_left(dialog)
     assert (dialog.filepath, dialog.size_um) == (str(path), 4)
     import_in_dialog(path, size_um=4)
-    addon.last_file.start_where_left(dialog)
+    addon.import_files.start_where_left(dialog)
     assert dialog.filepath == str(path.parent) + os.sep

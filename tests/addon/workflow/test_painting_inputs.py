@@ -85,7 +85,7 @@ def test_an_own_vertex_group_or_texture_is_the_mask(addon, node, scene, grating)
     assert spread.inputs["Value"].links[0].from_node.attribute_name == "Front"
     assert plane.vertex_groups["Front"].weight(0) == 1.0
     image = bpy.data.images.new("Mine", 8, 8)
-    lines = addon.painting_inputs.paint_input(scene, plane, "Rotation", by="TEXTURE", source="Mine")
+    lines = addon.varying_inputs.paint_input(scene, plane, "Rotation", by="TEXTURE", source="Mine")
     spread = addon.group_properties.paint_of(node.inputs["Rotation"])
     assert spread.inputs["Value"].links[0].from_node.image == image
     assert "set its Color Space to Non-Color" in lines[1]
@@ -96,7 +96,7 @@ def test_it_names_the_meshes_without_the_vertex_group(addon, scene, grating, nod
     plane.vertex_groups.new(name="Front")
     bpy.ops.mesh.primitive_cube_add()
     bpy.context.active_object.data.materials.append(grating.material)
-    lines = addon.painting_inputs.paint_input(scene, plane, "Strength", by="GROUP", source="Front")
+    lines = addon.varying_inputs.paint_input(scene, plane, "Strength", by="GROUP", source="Front")
     assert "Cube: no vertex group Front, so the mask is black there" in lines
 
 

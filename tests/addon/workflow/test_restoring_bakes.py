@@ -17,12 +17,12 @@ LINE = "The file of its bake is gone"
 @pytest.fixture
 def imported(scene, scan, addon):
     """A grating, imported and baked into the cache. The plane is selected."""
-    addon.previewing_levelling.stop()
+    addon.levelling.stop()
     bpy.ops.grating.import_height_map(filepath=str(scan), size_um=4, height_nm=100)
     scene.natural_gratings.active().delta_e = 6.0
     assert bpy.ops.grating.bake() == {"FINISHED"}
     yield scene.natural_gratings.active()
-    addon.previewing_levelling.stop()
+    addon.levelling.stop()
     if bpy.data.filepath:
         bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
 

@@ -147,7 +147,7 @@ def test_several_files_that_are_dropped_are_asked_about(addon, skins):
         properties=SimpleNamespace(is_property_set=lambda name: True),
         filepath=str(skins / "one.png"), files=[1, 2], execute=lambda context: {"FINISHED"},
     )  # fmt: skip
-    invoke = addon.import_height_map.ImportHeightMap.invoke
+    invoke = addon.import_files.ImportHeightMap.invoke
     context = SimpleNamespace(window_manager=manager)
     assert invoke(dropped, context, None) == {"RUNNING_MODAL"} and asked == [dropped]
     dropped.files = [1]

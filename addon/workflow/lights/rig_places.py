@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..cameras.seen_surfaces import Pixels, Places
+from ...cameras.seen_surfaces import Pixels, Places
 
 # The angle between a flash and the camera's lens, seen from the middle.
 _BESIDE_LENS = math.radians(8)

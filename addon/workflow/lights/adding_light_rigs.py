@@ -9,8 +9,8 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Vector
 
-from ...precompute.base.failure import GratingError
-from ...precompute.measure.light_directions import (
+from ....precompute.base.failure import GratingError
+from ....precompute.measure.light_directions import (
     Lamp,
     Preference,
     Radiance,
@@ -19,17 +19,17 @@ from ...precompute.measure.light_directions import (
     covering,
     two_best,
 )
-from ...precompute.table.atlas import read
-from ...precompute.table.radiance import Skin, lamp_radiance
-from ...precompute.table.table import Table
-from ..cameras.camera_look import skin_of
-from ..cameras.seen_surfaces import Pixels, boxes_with_gratings, rays_that_hit, seen_by, seen_from
-from ..gratings.grating import LAMPS_ONLY
-from ..lamps.light_rig import FLASH, GRID, ORDERS, POINTS, STUDIO, SUN, WINDOW, RigLamp, replace_rig
-from ..materials.group_properties import lights_of, variation_of
-from ..materials.material import linked_among, on_objects
+from ....precompute.table.atlas import read
+from ....precompute.table.radiance import Skin, lamp_radiance
+from ....precompute.table.table import Table
+from ...cameras.camera_look import skin_of
+from ...cameras.seen_surfaces import Pixels, boxes_with_gratings, rays_that_hit, seen_by, seen_from
+from ...gratings.grating import LAMPS_ONLY
+from ...lamps.light_rig import FLASH, GRID, ORDERS, POINTS, STUDIO, SUN, WINDOW, RigLamp, replace_rig
+from ...materials.group_properties import lights_of, variation_of
+from ...materials.material import linked_among, on_objects
+from ..finding_bakes import bake_of, bake_shown_by
 from .adding_diffraction_lamps import shows_grating
-from .finding_bakes import bake_of, bake_shown_by
 from .lighting import update_lamps
 from .reflections import cards, lacks_reflections
 from .rig_places import Lit, across, beside_camera, beside_lens, to_view

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The panel's preview of levelling a grating's scan.
+"""Adding a step to a grating's levelling, and the panel's preview of it.
 
 Blender draws a panel many times a second, so nothing is computed during a draw. A draw that finds no preview for the
 present scan and steps asks for one, and a timer makes it once the artist pauses."""
@@ -11,6 +11,7 @@ import bpy
 import bpy.utils.previews
 
 from ...precompute.base.failure import GratingError
+from ...precompute.surface.steps.pipeline import first_step
 from ..blender.guard import guarded
 from ..blender.session import STILL, redraw_views
 from ..gratings.grating import Grating
@@ -143,3 +144,13 @@ def _icon(picture: "np.ndarray") -> int:
     opaque = np.dstack([picture[::-1], np.ones((rows, cols))])
     image.image_pixels_float.foreach_set(opaque.astype(np.float32).ravel())
     return image.icon_id
+
+
+def add_step(grating: Grating, name: str) -> None:
+    """Add a step of the kind `name` after the active step, with arguments that suit the scan, and make it the active
+    one. Raises GratingError if the scan cannot be read, or if a calibration step finds no grating in it."""
+    step = first_step(name, scan_of(grating))
+    at = min(grating.active_step + 1, len(grating.steps))
+    grating.steps.add().text = step.text
+    grating.steps.move(len(grating.steps) - 1, at)
+    grating.active_step = at

@@ -8,11 +8,11 @@ from typing import Self
 
 import bpy
 
-from ...precompute.base.failure import GratingError
-from ...precompute.base.progress import Progress, silent
-from ..lamps.sky import SOURCES_MAX, hold_frames
-from ..materials.skin import show_lamps
-from ..worlds.world_probe import Fit, Probe, fingerprint
+from ....precompute.base.failure import GratingError
+from ....precompute.base.progress import Progress, silent
+from ...lamps.sky import SOURCES_MAX, hold_frames
+from ...materials.skin import show_lamps
+from ...worlds.world_probe import Fit, Probe, fingerprint
 from .fitting_worlds import world_is_animated
 
 # More keys make Blender slow, and their fits take days.

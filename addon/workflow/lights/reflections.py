@@ -7,12 +7,12 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
-from ...precompute.measure.light_directions import Preference
-from ..gratings.grating import LAMPS_ONLY, Grating
-from ..lamps.find import lamps_of
-from ..lamps.light_rig import RigLamp, is_of_rig
-from ..materials.material import shown_by
-from ..worlds.world_light import world_light
+from ....precompute.measure.light_directions import Preference
+from ...gratings.grating import LAMPS_ONLY, Grating
+from ...lamps.find import lamps_of
+from ...lamps.light_rig import RigLamp, is_of_rig
+from ...materials.material import shown_by
+from ...worlds.world_light import world_light
 from .rig_places import Lit
 
 # The radiance from which on an even world shows a metal's colour.

@@ -4,16 +4,16 @@
 import bpy
 from mathutils import Vector
 
-from ...precompute.base.failure import GratingError
-from ..direction.tangents import Place, own_angle, place_nearest
-from ..gratings.grating import LAMPS_ONLY
-from ..lamps.find import lamps_of
-from ..lamps.follow import counted_lamps
-from ..materials.diffraction_lamp import new_diffraction_lamp
-from ..materials.group_properties import frame_of, lights_of
-from ..materials.lost_parts import faults_of
-from ..materials.material import diffraction_nodes, number_in
-from ..materials.response import SETTINGS, response_in
+from ....precompute.base.failure import GratingError
+from ...direction.tangents import Place, own_angle, place_nearest
+from ...gratings.grating import LAMPS_ONLY
+from ...lamps.find import lamps_of
+from ...lamps.follow import counted_lamps
+from ...materials.diffraction_lamp import new_diffraction_lamp
+from ...materials.group_properties import frame_of, lights_of
+from ...materials.lost_parts import faults_of
+from ...materials.material import diffraction_nodes, number_in
+from ...materials.response import SETTINGS, response_in
 
 # Height of the lamp above its patch, in patch sizes, so that small bumps of the surface do not shade it.
 _HEIGHT = 0.05

@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from ...precompute.base.failure import GratingError
-from ..blender import compat
-from ..blender.guard import guarded
-from ..blender.working_space import working_space
-from ..lamps.sky import (
+from ....precompute.base.failure import GratingError
+from ...blender import compat
+from ...blender.guard import guarded
+from ...blender.working_space import working_space
+from ...lamps.sky import (
     SOURCES_MAX,
     fitted_frames,
     fitted_world,
@@ -28,10 +28,10 @@ from ..lamps.sky import (
     is_fitted_frame,
     notes_frames,
 )
-from ..materials.skin import follows_world, show_lamps
+from ...materials.skin import follows_world, show_lamps
 
 if TYPE_CHECKING:
-    from ..worlds.world_probe import Fit, Probe
+    from ...worlds.world_probe import Fit, Probe
 
 # Seconds: how long a world must be unchanged before it is fitted, and how often a running fit is polled.
 _STILL, _POLL = 0.6, 0.2
@@ -111,7 +111,7 @@ def forget_unread_sources() -> None:
 
 def _frames_fit(scene: bpy.types.Scene) -> bool:
     """Whether the scene's world is animated as when its frames were fitted, as far as the present frame shows."""
-    from ..worlds.world_probe import fingerprint
+    from ...worlds.world_probe import fingerprint
 
     if not (fitted_frames(scene) and world_is_animated(scene)):
         return False
@@ -138,8 +138,8 @@ def unfitted_world(scene: bpy.types.Scene) -> list[str]:
 
 def world_is_animated(scene: bpy.types.Scene) -> bool:
     """Whether the scene's world has bright parts that may change from frame to frame."""
-    from ..worlds.second_blender import is_even
-    from ..worlds.world_probe import is_animated
+    from ...worlds.second_blender import is_even
+    from ...worlds.world_probe import is_animated
 
     return scene.world is not None and not is_even(scene.world) and is_animated(scene.world)
 
@@ -152,7 +152,7 @@ def last_failure(scene: bpy.types.Scene) -> GratingError | None:
 def fit_world(scene: bpy.types.Scene, *, anew: bool = False) -> None:
     """Fit sources to the scene's world and wait for them. With `anew`, also if they seem to fit. Raises GratingError as
     world_probe.fit_of does."""
-    from ..worlds.world_probe import fit_of
+    from ...worlds.world_probe import fit_of
 
     if anew:
         forget_sources(scene)
@@ -198,7 +198,7 @@ def stop_fitting() -> None:
 @guarded
 def _go_on() -> float | None:
     """Advance the fit. Returns the seconds until the next call, or None at the end."""
-    from ..worlds.world_probe import Probe
+    from ...worlds.world_probe import Probe
 
     global _running
     running = _running
@@ -234,7 +234,7 @@ def _fit_another() -> None:
 
 def _take(scene: bpy.types.Scene, fit: Fit, fingerprint: str) -> None:
     _failed.pop(scene.name_full, None)
-    from ...precompute.world_sources.sources import light_of_rest
+    from ....precompute.world_sources.sources import light_of_rest
 
     rest = light_of_rest(fit.panorama, fit.sources[:SOURCES_MAX]).tolist()
     hold_sources(scene, fit.sources, fingerprint=fingerprint, missed=fit.missed, rest=rest)
@@ -253,8 +253,8 @@ def _known_world(scene: bpy.types.Scene) -> _Known:
 
 def _found_world(scene: bpy.types.Scene) -> _Known:
     """Find the facts about the scene's world, and cache them."""
-    from ..worlds.second_blender import is_even
-    from ..worlds.world_probe import fingerprint, is_animated
+    from ...worlds.second_blender import is_even
+    from ...worlds.world_probe import fingerprint, is_animated
 
     world, text = scene.world, ""
     followed: set[bpy.types.ID] = set()

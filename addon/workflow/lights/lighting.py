@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from ...precompute.base.failure import GratingError
-from ..blender.session import has_window
-from ..lamps.find import (
+from ....precompute.base.failure import GratingError
+from ...blender.session import has_window
+from ...lamps.find import (
     COUNTS,
     LAMPS_MAX,
     brightest,
@@ -22,11 +22,11 @@ from ..lamps.find import (
     lamps_of,
     unfollowed_features,
 )
-from ..lamps.follow import counted_lamps, follow_lamps, followed_lamps, is_linked, mark_unlinked
-from ..lamps.sky import SOURCES_MAX, add_sky_sun, sky_with_disc
-from ..materials.data_pictures import wrong_colours
-from ..materials.group_properties import diffraction_groups
-from ..materials.skin import follows_light_linking, linked_with_fewer_lamps, needs_lamps, show_lamps
+from ...lamps.follow import counted_lamps, follow_lamps, followed_lamps, is_linked, mark_unlinked
+from ...lamps.sky import SOURCES_MAX, add_sky_sun, sky_with_disc
+from ...materials.data_pictures import wrong_colours
+from ...materials.group_properties import diffraction_groups
+from ...materials.skin import follows_light_linking, linked_with_fewer_lamps, needs_lamps, show_lamps
 from .fitting_worlds import unfitted_world
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def update_lamps(scene: bpy.types.Scene, *, exactly: bool = True, in_viewport: b
 
 def lit_boxes(scene: bpy.types.Scene) -> "np.ndarray":
     """The bounding boxes of the scene's objects that show diffraction (group_users.boxes_showing)."""
-    from ..materials.material import boxes_showing  # most files never need this module
+    from ...materials.material import boxes_showing  # most files never need this module
 
     return boxes_showing(scene)
 
@@ -63,7 +63,7 @@ def update_all_lamps(*, exactly: bool = True, in_viewport: bool = False) -> None
 
 def _lines_on_spectra(scene: bpy.types.Scene) -> list[str]:
     """A warning for each grating whose colours are off under the spectra of the scene's lamps."""
-    from ..materials.lamp_errors import far_lamps  # most files never need this module
+    from ...materials.lamp_errors import far_lamps  # most files never need this module
 
     return [
         f"{group.name}: {line}; bake it for these lamps"
@@ -85,7 +85,7 @@ def add_sun(scene: bpy.types.Scene) -> bpy.types.Object:
 def warnings_about(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[str]:
     """Warnings about lamps and their features that diffraction does not follow, and about settings that give wrong
     colours."""
-    from ..materials.material import outside_light_groups  # Blender's start does not need it
+    from ...materials.material import outside_light_groups  # Blender's start does not need it
 
     counted = counted_lamps(scene)
     lines = []
@@ -151,7 +151,7 @@ def replace_disc(scene: bpy.types.Scene) -> str:
     """Add a sun lamp with the direction, size, colour and irradiance of the sky's sun, and switch the sun disc off, so
     that no light counts twice. Returns a line to report. Raises GratingError, with nothing changed, if the world shows
     no sun disc or cannot be changed, or as world_probe.fit_of does."""
-    from ..worlds.world_probe import fit_of
+    from ...worlds.world_probe import fit_of
 
     world = scene.world
     sky = sky_with_disc(world)
