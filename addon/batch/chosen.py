@@ -3,22 +3,23 @@
 
 The objects that a verb works on: named ones, or by default the selected ones.
 
-Saving the file that a verb has changed.
+Saving the file that a verb has changed, and printing what it did.
 
 Values for inputs of a node, as NAME=VALUE on the command line."""
 
 import argparse
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import bpy
 
-from ...precompute.base.failure import GratingError
+from ...precompute.base.failure import GratingError, printable
 from ...precompute.cli.arguments import name_argument, path_argument
 from ..blender.written import save_copy
 from ..gratings.grating import Grating, active_grating
-from ..materials.material import shown_by
+from ..materials.holograms.hologram_nodes import input_set_by_artist
+from ..materials.material import diffraction_nodes, shown_by
 from ..nodes.interface import Socket
 
 
@@ -57,7 +58,7 @@ def chosen_meshes(names: list[str] | None) -> list[bpy.types.Object]:
     return meshes
 
 
-def add_grating(parser: argparse.ArgumentParser) -> None:
+def add_grating_option(parser: argparse.ArgumentParser) -> None:
     """Add the option that names a grating."""
     parser.add_argument(
         "--grating", type=name_argument, metavar="NAME", help="grating of the scene; default: the active one"
@@ -66,7 +67,7 @@ def add_grating(parser: argparse.ArgumentParser) -> None:
 
 def add_gratings(parser: argparse.ArgumentParser) -> None:
     """Add the options that choose gratings, by name or by the meshes that show them."""
-    add_grating(parser)
+    add_grating_option(parser)
     add_objects(parser, default="the active grating, whatever shows it")
 
 
@@ -112,6 +113,12 @@ def save(path: Path | None) -> None:
     save_copy(target, keep=bpy.context.preferences.filepaths.save_version > 0)
 
 
+def finish(arguments: argparse.Namespace, report: Iterable[GratingError | str]) -> None:
+    """Save the file that a verb has changed, and print its lines. Raises GratingError as `save` does."""
+    save(arguments.save)
+    print("\n".join(map(printable, report)))
+
+
 def setting(text: str, inputs: Mapping[str, Socket]) -> tuple[str, float]:
     """Parse NAME=VALUE, angles in degrees. Raises GratingError for an unknown input and for a value outside its
     range."""
@@ -130,3 +137,11 @@ def setting(text: str, inputs: Mapping[str, Socket]) -> tuple[str, float]:
         low, high = (math.degrees(x) if unit else x for x in (socket.low, socket.high))
         raise GratingError(f"--set {text}", "", f"{name} is a number from {low:g} to {high:g}{unit}")
     return name, value
+
+
+def set_inputs(objects: Iterable[bpy.types.Object], group: bpy.types.NodeTree, values: dict[str, float]) -> None:
+    """Set inputs of a grating's Diffraction nodes in the materials of objects."""
+    materials = {slot.material for thing in objects for slot in thing.material_slots}
+    for node in (node for material in materials for node in diffraction_nodes(material) if node.node_tree == group):
+        for name, value in values.items():
+            input_set_by_artist(node, name).default_value = value

@@ -74,6 +74,7 @@ class AddDiffractionLamp(Acts, bpy.types.Operator):
         description="Side of the square patch, in millimetres. A larger patch sends more light and blurs the spectrum",
         default=10.0,
         min=1e-3,
+        max=1e6,
         soft_min=0.1,
         soft_max=100.0,
     )

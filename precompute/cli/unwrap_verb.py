@@ -19,13 +19,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="arrays points (n, 3), triangles (m, 3) and polygons (m,): the face of each triangle",
     )  # fmt: skip
     parser.add_argument("-o", "--output", required=True, type=path_argument, metavar="DIR", help="folder for uv.npz")
-    add_packing(parser)
-    add_json(parser)
-    add_progress(parser)
-
-
-def add_packing(parser: argparse.ArgumentParser) -> None:
-    """Add the options of the packing of islands."""
     parser.add_argument(
         "--size", type=count(16, 1 << 15), default=1024, metavar="PIXELS", help="of the map; default 1024"
     )
@@ -34,6 +27,8 @@ def add_packing(parser: argparse.ArgumentParser) -> None:
         "--density", type=number(0, 1e9), default=0.0, metavar="PER_METRE",
         help="pixels per metre of the surface; default 0: as many as the map holds",
     )  # fmt: skip
+    add_json(parser)
+    add_progress(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:

@@ -112,7 +112,7 @@ def test_assign_fits_the_frames_of_an_animated_world(addon, scene, baked, tmp_pa
     scene.world = None
     assert "it is not animated; press Fit World instead" in fault(capfd, addon, *asked)
     assert list(tmp_path.iterdir()) == []
-    monkeypatch.setattr(addon.assign_command, "fit_frames", lambda scene, progress: f"{scene.frame_end} frames fitted")
+    monkeypatch.setattr(addon.material_verbs, "fit_frames", lambda scene, progress: f"{scene.frame_end} frames fitted")
     assert addon.commands.execute(list(map(str, asked))) == 0
     assert f"{scene.frame_end} frames fitted" in capfd.readouterr().out
 
@@ -204,6 +204,25 @@ def test_a_picture_of_another_kind_is_refused(addon, scene, tmp_path, capfd, nam
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
     bpy.context.scene.camera = camera
     assert "neither PNG nor EXR" in fault(capfd, addon, "render", "-o", tmp_path / name)
+
+
+def options(addon, operator, *words):
+    """What a verb's options mean to the operator whose properties they are."""
+    return addon.operator_options.values(addon.commands.build_parser(words).parse_args(words), operator)
+
+
+def test_options_are_an_operator_s_properties(addon, capfd):
+    """With its defaults, words for enumerations, degrees for angles, and its limits."""
+    sticker, rig, unwrap = addon.add_things.AddSticker, addon.light.AddLightRig, addon.direction.Unwrap
+    assert options(addon, sticker, "sticker") == {"filepath": "", "size": 0.5, "rotation": 0.0}
+    assert options(addon, sticker, "sticker", "--rotation=-90")["rotation"] == -np.pi / 2
+    assert options(addon, rig, "light-rig", "--softness", "0.01") == {"kind": "SUN", "strength": 1.0, "softness": 0.01}
+    assert options(addon, unwrap, "unwrap", "--method", "minimum-stretch")["method"] == "MINIMUM_STRETCH"
+    assert "give a number from -360 to 360" in fault(capfd, addon, "sticker", "--rotation", "361")
+    assert "give a whole number from 16 to 32768" in fault(capfd, addon, "unwrap", "--size", "15")
+    assert "is empty; give a name" in fault(capfd, addon, "hologram", "sunburst", "--picture=")
+    assert addon.commands.execute(["light-rig", "--help"]) == 0
+    assert "strength of all lamps. At 1, a 50 % grey surface" in " ".join(capfd.readouterr().out.split())
 
 
 # Words that no option accepts as a number, and paths that cannot be written.

@@ -30,7 +30,7 @@ from .job_scenes import make_scene, measure, plan_path
 _STEPS = ("needs", "bake", "frames", "sheet")
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
+def job_options(parser: argparse.ArgumentParser) -> None:
     """The arguments of `job`: those of `python -m precompute job`, and the steps that need Blender."""
     job_verb.add_arguments(parser)
     parser.add_argument(
@@ -48,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--again", action="store_true", help="render finished pictures too")
 
 
-def run(arguments: argparse.Namespace) -> int:
+def run_job(arguments: argparse.Namespace) -> int:
     """The `job` verb. Returns the exit status."""
     opened = Path(bpy.data.filepath) if bpy.data.filepath else None
     job = job_verb.job_of(arguments, opened)
