@@ -29,6 +29,6 @@ def unregister() -> None:
 
 
 def glTF2ExportUserExtension() -> object:  # noqa: N802  the name by which Blender's glTF exporter finds the hooks
-    from .addon.workflow.exporting import GltfExport
+    from .addon.materials.exporting import GltfExport
 
     return GltfExport()

@@ -8,6 +8,7 @@ import bpy
 
 from .gratings import bakes, grating, levelling_steps, material_look, replaced_material
 from .lamps import lamp_spectrum
+from .materials import exporting
 from .operators import (
     add_grating,
     add_node,
@@ -36,7 +37,7 @@ from .ui import (
     preset_pictures,
     steps_panel,
 )
-from .workflow import exporting, handlers, levelling
+from .workflow import handlers, levelling
 
 # Registration order: a property group comes before the property groups that hold it.
 CLASSES = (

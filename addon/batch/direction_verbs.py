@@ -35,7 +35,7 @@ def direction_options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     add_gratings(parser)
     add_properties(parser, ChooseDirection, "uv_map", "axis", "angle")
-    add_property(parser, ChooseDirection, "frame_map", "--map")
+    add_property(parser, ChooseDirection, "frame_map", flag="--map")
     add_save(parser)
 
 

@@ -39,7 +39,7 @@ def run_light_rig(arguments: argparse.Namespace) -> None:
 
 def lights_options(parser: argparse.ArgumentParser) -> None:
     """The arguments of `lights`."""
-    add_property(parser, ChooseLights, "lights", "lights", nargs="?")
+    add_property(parser, ChooseLights, "lights", flag="lights", nargs="?")
     add_gratings(parser)
     parser.add_argument("--shadows", choices=("on", "off"), help="whether objects cast shadows on the diffraction")
     parser.add_argument(
@@ -79,7 +79,7 @@ def diffraction_lamp_options(parser: argparse.ArgumentParser) -> None:
         help="place the patch where the mesh is nearest to this point, in metres; default: the 3D cursor",
     )  # fmt: skip
     add_properties(parser, AddDiffractionLamp, "size_mm")
-    add_property(parser, AddDiffractionLamp, "lamp", "--lit-by")
+    add_property(parser, AddDiffractionLamp, "lamp", flag="--lit-by")
     add_save(parser)
 
 

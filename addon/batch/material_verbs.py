@@ -16,9 +16,9 @@ from ..operators.add_things import AddSticker
 from ..operators.vary import AddHologram, VaryGrating
 from ..workflow.adding_things import FIRST, Sticker, add_sticker
 from ..workflow.assigning import add_to_meshes, assign_to_meshes
-from ..workflow.importing import bake_file, index_of
 from ..workflow.lights.fitting_frames import fit_frames
 from ..workflow.lights.lighting import warnings_about
+from ..workflow.loading_bakes import bake_file, index_of
 from ..workflow.making_materials import refresh_group, vary
 from ..workflow.varying_inputs import Hologram, add_hologram
 from .chosen import add_objects, add_save, chosen_meshes, chosen_objects, finish, set_inputs, setting
@@ -123,9 +123,9 @@ def _shared(text: str) -> tuple[str, float]:
 
 def hologram_options(parser: argparse.ArgumentParser) -> None:
     """The arguments of `hologram`."""
-    add_property(parser, AddHologram, "pattern", "pattern")
+    add_property(parser, AddHologram, "pattern", flag="pattern")
     add_objects(parser)
-    add_property(parser, AddHologram, "filepath", "--picture")
+    add_property(parser, AddHologram, "filepath", flag="--picture")
     add_properties(parser, AddHologram, "uv_map")
     inputs = "; ".join(f"{name.lower()}: {', '.join(each.name for each in own)}" for name, own in OWN_INPUTS.items())
     parser.add_argument(
@@ -155,7 +155,7 @@ def sticker_options(parser: argparse.ArgumentParser) -> None:
         "--preset", type=name_argument, dest="surface", metavar="NAME",
         help=f"what it is made of; default: the scene's active grating, or without one {FIRST}",
     )  # fmt: skip
-    add_property(parser, AddSticker, "filepath", "--picture")
+    add_property(parser, AddSticker, "filepath", flag="--picture")
     add_properties(parser, AddSticker, "size", "rotation")
     add_objects(parser)
     add_save(parser)

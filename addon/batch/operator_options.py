@@ -19,7 +19,7 @@ def add_properties(parser: argparse.ArgumentParser, operator: type[bpy.types.Ope
 
 
 def add_property(
-    parser: argparse.ArgumentParser, operator: type[bpy.types.Operator], name: str, flag: str = "", **more: Any
+    parser: argparse.ArgumentParser, operator: type[bpy.types.Operator], name: str, *, flag: str = "", **more: Any
 ) -> None:
     """Add an option for a property of an operator. `flag` is the option if it differs from the property's name;
     without dashes it is a positional argument of this name. `more` are further arguments of argparse."""
@@ -35,9 +35,10 @@ def add_property(
     else:
         low, high = _outside(declared, declared.hard_min), _outside(declared, declared.hard_max)
         more["type"] = count(low, high) if declared.type == "INT" else number(low, high)
-        more["metavar"] = "DEGREES" if declared.subtype == "ANGLE" else "X"
+        more["metavar"] = "DEGREES" if declared.subtype == "ANGLE" else "N" if declared.type == "INT" else "X"
     if is_option and declared.type != "STRING":
-        text += f"; default {_outside(declared, declared.default)}"
+        default = _outside(declared, declared.default)
+        text += f"; default {default:g}" if declared.type == "FLOAT" else f"; default {default}"
     more |= {"dest": name} if is_option else {"metavar": name.upper()}
     parser.add_argument(flag, help=text.replace("%", "%%"), **more)
 

@@ -208,7 +208,7 @@ class LoadBake(LoadsFiles, bpy.types.Operator):  # type: ignore[misc]  # both ba
     filter_glob: StringProperty(default="*.exr", options={"HIDDEN"})
 
     def load(self, scene: bpy.types.Scene, path: str) -> list[str]:
-        from ..workflow.importing import load_bake
+        from ..workflow.loading_bakes import load_bake
 
         return load_bake(scene, path)
 

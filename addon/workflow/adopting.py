@@ -45,8 +45,8 @@ from ..materials.pictures import made_from
 from ..materials.response import own_trees, responses_in
 from ..materials.skin import SETTABLE, refill, take_back
 from .finding_bakes import bake_shown_by
-from .importing import take_bake
 from .lights.lighting import update_all_lamps
+from .loading_bakes import take_bake
 from .making_materials import group_of, keep_exact_normals, response_of
 from .varying_inputs import fit_adopted_hologram
 

@@ -11,7 +11,6 @@ import bpy
 import bpy.utils.previews
 
 from ...precompute.base.failure import GratingError
-from ...precompute.surface.steps.pipeline import first_step
 from ..blender.guard import guarded
 from ..blender.session import STILL, redraw_views
 from ..gratings.grating import Grating
@@ -149,6 +148,8 @@ def _icon(picture: "np.ndarray") -> int:
 def add_step(grating: Grating, name: str) -> None:
     """Add a step of the kind `name` after the active step, with arguments that suit the scan, and make it the active
     one. Raises GratingError if the scan cannot be read, or if a calibration step finds no grating in it."""
+    from ...precompute.surface.steps.pipeline import first_step  # enabling does not load it
+
     step = first_step(name, scan_of(grating))
     at = min(grating.active_step + 1, len(grating.steps))
     grating.steps.add().text = step.text

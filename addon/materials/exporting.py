@@ -7,7 +7,7 @@ from typing import Any
 import bpy
 
 from ..blender.guard import guarded
-from ..materials.material import diffraction_nodes
+from .material import diffraction_nodes
 
 
 def left_behind(materials: list[str]) -> str:
