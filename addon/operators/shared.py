@@ -172,8 +172,9 @@ class FollowsJob(Acts):
         """Do the job and wait, for scripts."""
         if (started := self.start(context)) is None:
             return {"CANCELLED"}
-        started[0].wait()
-        return self.finish(started[0])
+        job, _ = started
+        job.wait()
+        return self.finish(job)
 
     def invoke(self, context, event):
         """Start the job; modal() then follows it."""
@@ -269,7 +270,7 @@ def _is_meant(context, event) -> bool:
 
 
 class FollowsBake(FollowsJob):
-    """An operator that follows a bake of a grating. A subclass adds `record`."""
+    """An operator that follows a bake of a grating. A subclass adds `start` and `record`."""
 
     @classmethod
     def poll(cls, context):

@@ -29,9 +29,7 @@ _POSITIONS = {"Socket": {0: "name", 2: "description"}, "Quality": {1: "item", 2:
 _WORDS = re.compile(r"\w[,;:.)}\"']* [({\"']*[^\W\d]")
 _TEXT = (ast.Constant, ast.JoinedStr)
 # Calls whose texts are known by the name of the function.
-_CALLS = {"GratingError": "error", "report": "report", "report_lines": "report"} | dict.fromkeys(
-    ("translated", "counted", "marked"), "text"
-)
+_CALLS = {"GratingError": "error", "report": "report"} | dict.fromkeys(("translated", "counted", "marked"), "text")
 # Blender looks up the labels and buttons of operators in a context of their own.
 _OPERATOR = "Operator"
 _HEADER = 'msgid ""\nmsgstr ""\n"Content-Type: text/plain; charset=UTF-8\\n"\n'

@@ -59,7 +59,7 @@ class A(bpy.types.Operator):
         """Draw it."""
         layout.label(text=f"{self.lamps:.0f} lamps", icon="LIGHT")
         raise GratingError(self.name, "too large", f"use {'a smaller' or 'one'}")
-        report_lines(self, ["made"])
+        self.report({"INFO"}, "made")
         note = "Select a mesh first"
         Socket("Turn", "Float", "Degrees")
         layout.operator("grating.a", text="Bake" if new else "Again")
