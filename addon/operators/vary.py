@@ -30,7 +30,7 @@ def _field(socket: Socket):
     )  # fmt: skip
 
 
-# The operator's property for each input.
+# The name of the operator's property for each input.
 FIELDS = {
     patterns.CELLS: "cells", patterns.TURN: "turn", patterns.SPREAD: "spread", patterns.SEED: "seed",
     patterns.TWIST: "twist", patterns.SECTORS: "sectors", patterns.CENTER_X: "center_x", patterns.CENTER_Y: "center_y",
@@ -59,19 +59,6 @@ class AddHologram(Acts, bpy.types.Operator):
     uv_map: StringProperty(
         name="UV Map", description="UV map that the pattern follows. Empty: the map that renders", options={"SKIP_SAVE"}
     )
-    cells: _field(patterns.CELLS)
-    turn: _field(patterns.TURN)
-    spread: _field(patterns.SPREAD)
-    seed: _field(patterns.SEED)
-    twist: _field(patterns.TWIST)
-    sectors: _field(patterns.SECTORS)
-    center_x: _field(patterns.CENTER_X)
-    center_y: _field(patterns.CENTER_Y)
-    shards: _field(patterns.SHARDS)
-    randomness: _field(patterns.RANDOMNESS)
-    picture_cells: _field(patterns.PICTURE_CELLS)
-    grey_below: _field(patterns.GREY_BELOW)
-    saturated_period: _field(patterns.SATURATED_PERIOD)
 
     @classmethod
     def poll(cls, context):
@@ -103,6 +90,9 @@ class AddHologram(Acts, bpy.types.Operator):
         values = {socket.name: getattr(self, FIELDS[socket]) for socket in patterns.OWN_INPUTS.get(self.pattern, ())}
         choice = Hologram(self.pattern, values, picture=self.filepath, uv_map=self.uv_map)
         return add_hologram(context.scene, context.selected_objects, choice)
+
+
+AddHologram.__annotations__.update({name: _field(socket) for socket, name in FIELDS.items()})
 
 
 class PaintInput(Acts, bpy.types.Operator):

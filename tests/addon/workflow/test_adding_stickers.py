@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-# As in adding_stickers.py, of a width of 1. A sticker's edges stand out by up to twice as much in the picture.
+# As in adding_things.py, of a width of 1. A sticker's edges stand out by up to twice as much in the picture.
 GAP = 0.002
 
 
