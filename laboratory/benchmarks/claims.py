@@ -150,7 +150,7 @@ def _surely(errors: dict) -> float:
 
 def _run(*arguments: str) -> dict | str:
     """The JSON of a command, or its line of refusal."""
-    command = [sys.executable, "-m", "precompute", *arguments, "--json", "-"]
+    command = [sys.executable, "-m", "laboratory", *arguments, "--json", "-"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     return json.loads(done.stdout) if done.returncode == 0 else done.stderr.strip().splitlines()[-1]
 

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from precompute.check.table_file import read_table
+from laboratory.check.table_file import read_table
 from precompute.table import atlas
 from precompute.table.table import SPACINGS, Cell, Table, cell_for
 

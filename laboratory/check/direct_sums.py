@@ -13,14 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from ..base.progress import Progress, silent
-from ..colour.channels import channel_weights
-from ..colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, observer, seen_wavelengths
-from ..measure.errors import Errors, Pairs, Truth, cosine_weighted, measure, pair_about
-from ..optics.plate import least_cosine
-from ..optics.region import FARTHEST, Region
-from ..reflectance.matter import MIRRORING, Matter
-from ..surface.relief import Relief
+from precompute.base.progress import Progress, silent
+from precompute.colour.channels import channel_weights
+from precompute.colour.observer import WAVELENGTH_MAX_M, WAVELENGTH_MIN_M, observer, seen_wavelengths
+from precompute.measure.errors import Errors, Pairs, Truth, cosine_weighted, measure, pair_about
+from precompute.optics.plate import least_cosine
+from precompute.optics.region import FARTHEST, Region
+from precompute.reflectance.matter import MIRRORING, Matter
+from precompute.surface.relief import Relief
+
 from .table_file import KERNEL_REACH, Table, scattered_cells
 
 # Number of bands of wavelength, all of the same luminance, in which half vectors are drawn.

@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from precompute.check.direct_sums import Held, draw_pairs, scattered_xyz, zero_order_xyz
-from precompute.check.table_file import PAD, scattered_cells
+from laboratory.check.direct_sums import Held, draw_pairs, scattered_xyz, zero_order_xyz
+from laboratory.check.table_file import PAD, scattered_cells
 from precompute.colour.observer import spectral_weights, wavelengths
 from precompute.optics.coherence import narrowest_averaging_kernel
 from precompute.optics.region import Region

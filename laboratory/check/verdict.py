@@ -18,18 +18,19 @@ from typing import Any
 
 import numpy as np
 
-from ..base.failure import GratingError, Setting
-from ..base.progress import Progress, part_of, silent
-from ..colour.channels import channel_weights, lamp_matrix
-from ..colour.illuminants import FIRST, JOINT, first_of, has_bands, is_illuminant, line_of
-from ..colour.observer import WAVELENGTH_MIN_M
-from ..measure.errors import RELATIVE_DY, Errors, Truth, draw_w, measure
-from ..measure.shown_colours import Shown, shown_against
-from ..optics.plate import least_cosine
-from ..surface.height_map import HeightMap
-from ..surface.relief import Relief, prepare
-from ..surface.steps.pipeline import DEFAULT, steps_of
-from ..surface.steps.step import Step
+from precompute.base.failure import GratingError, Setting
+from precompute.base.progress import Progress, part_of, silent
+from precompute.colour.channels import channel_weights, lamp_matrix
+from precompute.colour.illuminants import FIRST, JOINT, first_of, has_bands, is_illuminant, line_of
+from precompute.colour.observer import WAVELENGTH_MIN_M
+from precompute.measure.errors import RELATIVE_DY, Errors, Truth, draw_w, measure
+from precompute.measure.shown_colours import Shown, shown_against
+from precompute.optics.plate import least_cosine
+from precompute.surface.height_map import HeightMap
+from precompute.surface.relief import Relief, prepare
+from precompute.surface.steps.pipeline import DEFAULT, steps_of
+from precompute.surface.steps.step import Step
+
 from . import direct_sums
 from .direct_sums import (
     Held,

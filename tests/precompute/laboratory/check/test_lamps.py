@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from laboratory.check.verdict import Lamp
 from precompute.bake.self_check import LAMPS
-from precompute.check.verdict import Lamp
 from precompute.cli import parser
 from precompute.measure.errors import Errors
 from precompute.table import atlas

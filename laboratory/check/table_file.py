@@ -32,14 +32,14 @@ from typing import Any
 
 import numpy as np
 
-from ..base.exr import Picture, open_picture
-from ..base.failure import GratingError
-from ..base.strict import parse_json
-from ..colour.channels import channel_count
-from ..colour.illuminants import is_illuminant
-from ..optics.region import FARTHEST, Region
-from ..reflectance.matter import DIELECTRIC, MIRRORING, Matter, parse
-from ..surface.relief import Relief
+from precompute.base.exr import Picture, open_picture
+from precompute.base.failure import GratingError
+from precompute.base.strict import parse_json
+from precompute.colour.channels import channel_count
+from precompute.colour.illuminants import is_illuminant
+from precompute.optics.region import FARTHEST, Region
+from precompute.reflectance.matter import DIELECTRIC, MIRRORING, Matter, parse
+from precompute.surface.relief import Relief
 
 # Padding of a scan that does not wrap, in units of 1 / (2 pi sigma_q).
 PAD = 3.0

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from precompute.check.table_file import Cells, scattered_cells
+from laboratory.check.table_file import Cells, scattered_cells
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
 

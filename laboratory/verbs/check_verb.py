@@ -4,14 +4,15 @@
 import argparse
 from pathlib import Path
 
-from ..bake.request import DELTA_E
-from ..base.failure import GratingError, Setting
+from precompute.bake.request import DELTA_E
+from precompute.base.failure import GratingError, Setting
+from precompute.cli.arguments import STEP_NM, add_input, count, existing_bake, height_map_of, name_argument, number
+from precompute.cli.bake_verb import lamps_line
+from precompute.cli.printing import Progress, emit
+from precompute.measure.shown_colours import told
+from precompute.table import atlas
+
 from ..check.verdict import Verdict, check
-from ..measure.shown_colours import told
-from ..table import atlas
-from .arguments import STEP_NM, add_input, count, existing_bake, height_map_of, name_argument, number
-from .bake_verb import lamps_line
-from .printing import Progress, emit
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
