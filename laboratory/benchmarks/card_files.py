@@ -39,8 +39,7 @@ def _write_scene(addon, name: str, folder: Path, lamps: Sequence[int]) -> None:
 
     from sample_scenes.lookdev import stops_for_grey
 
-    from .needs import Scene
-    from .render_time import Studio
+    from .studio import Scene, Studio
 
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=False)  # drops the pictures of the scene before
     built = Scene.built(addon, name, argparse.Namespace(width=1920, samples=16), folder, ground="turntable")

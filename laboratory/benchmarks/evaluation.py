@@ -22,10 +22,10 @@ from precompute.methods.method_registry import METHODS
 from precompute.surface.relief import Relief, prepare
 
 from ..speed.surfaces import SKINS
-from ..study import evaluation, evaluation_plot, slits
+from ..study import evaluation, evaluation_plot, slits, terms
 from ..study.colour_comparison import compare_bake
 from ..study.response import FirstOrder
-from . import evaluation_page, report, terms
+from . import evaluation_page, report
 from .evaluation_maps import PIXELS, Map, groups
 from .evaluation_rows import (
     THESIS_PERIODS_M,

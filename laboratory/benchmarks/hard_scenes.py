@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .render_time import Studio, Subject
+from .studio import Studio
 
 PIXELS, SAMPLES, SEEDS = 16, 64, 64
 
@@ -26,8 +26,8 @@ def both(studio: Studio) -> tuple[np.ndarray, np.ndarray]:
     """Pictures by Cycles without and with the footprint."""
     pictures = []
     for footprint in (False, True):
-        studio.show(Subject("direct", lambda footprint=footprint: studio.direct(footprint=footprint)))
-        pictures.append(studio.render("cycles", SAMPLES)[1])
+        studio.show(studio.direct(footprint=footprint))
+        pictures.append(studio.render(SAMPLES))
     return pictures[0], pictures[1]
 
 
@@ -35,14 +35,14 @@ def from_afar(studio: Studio, scale: float) -> str:
     """Compare the ball's light with the footprint, `scale` units across the picture and averaged over SEEDS seeds, with
     its light in a close-up without the footprint."""
     camera, cycles = studio.scene.camera.data, studio.scene.cycles
-    studio.show(Subject("direct", studio.direct))
+    studio.show(studio.direct())
     camera.ortho_scale = 2.1
-    near = studio.render("cycles", 4 * SAMPLES, 8 * PIXELS)[1].mean() * camera.ortho_scale**2
-    studio.show(Subject("direct", lambda: studio.direct(footprint=True)))
+    near = studio.render(4 * SAMPLES, 8 * PIXELS).mean() * camera.ortho_scale**2
+    studio.show(studio.direct(footprint=True))
     camera.ortho_scale = scale
     found = []
     for cycles.seed in range(SEEDS):
-        found.append(studio.render("cycles", SAMPLES)[1])
+        found.append(studio.render(SAMPLES))
     cycles.seed = 0
     light = np.mean(found, axis=(1, 2, 3)) * scale**2 / near
     return (
@@ -60,7 +60,7 @@ def compared(without: np.ndarray, with_it: np.ndarray) -> str:
 
 def close(studio: Studio) -> str:
     """A pixel a ten-millionth of the ball's radius wide, at the sun's mirror image."""
-    studio.build("sphere")
+    studio.build()
     camera = studio.scene.camera
     turn = np.radians(40)
     aside = np.array([0.0, np.sin(turn), np.cos(turn)])
@@ -78,7 +78,7 @@ def flat(studio: Studio) -> str:
 
 def spike(studio: Studio) -> str:
     """A ball stretched to a needle: its normals turn by half a circle within a tenth of a pixel."""
-    studio.build("sphere")
+    studio.build()
     studio.mesh.scale = (0.02, 0.02, 1.0)
     studio.mesh.rotation_euler = (0.9, 0.0, 0.0)
     return from_afar(studio, PIXELS * 0.4)
@@ -86,7 +86,7 @@ def spike(studio: Studio) -> str:
 
 def ball(studio: Studio) -> str:
     """A ball one pixel wide."""
-    studio.build("sphere")
+    studio.build()
     return from_afar(studio, PIXELS * 2.0)
 
 
@@ -97,11 +97,11 @@ def at_the_horizon(studio: Studio) -> str:
     found = []
     for elevation in (1e-3, -1e-3):
         build_disc(studio)
-        studio.show(Subject("direct", studio.direct))
+        studio.show(studio.direct())
         next(o for o in bpy.data.objects if o.type == "LIGHT").rotation_euler = (np.radians(90 - elevation), 0, 0)
         bpy.context.view_layer.update()
         studio.addon.follow.follow_lamps(studio.scene)
-        picture = studio.render("cycles", SAMPLES)[1]
+        picture = studio.render(SAMPLES)
         found.append(f"{'finite' if np.isfinite(picture).all() else 'NOT FINITE'}, brightest {picture.max():.1e}")
     return f"above: {found[0]}; below: {found[1]}"
 
@@ -110,8 +110,8 @@ def shows_nothing(studio: Studio) -> str:
     """Needs are requested while the camera looks away."""
     import bpy
 
-    studio.build("sphere")
-    studio.show(Subject("metal", studio.metal))
+    studio.build()
+    studio.show(studio.metal())
     scene, addon = studio.scene, studio.addon
     grating = addon.importing.add_grating(scene, "sample:elaphe")
     grating.bake_path = str(studio.bake)
@@ -127,7 +127,7 @@ def shows_nothing(studio: Studio) -> str:
 
 def build_disc(studio: Studio) -> None:
     """Build the ball pressed flat."""
-    studio.build("sphere")
+    studio.build()
     mesh = studio.mesh.data
     points = np.empty(len(mesh.vertices) * 3, np.float32)
     mesh.vertices.foreach_get("co", points)

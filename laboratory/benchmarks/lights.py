@@ -1,142 +1,161 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Diffraction under lamps and worlds: a white furnace, and noise at equal time compared with an ordinary coat.
+"""Renders under worlds and a large lamp, compared with integrals of the table at points of the subject.
 
-    ./dev bench lights [--part furnace|noise|scattered|truth|fakes|worlds ...] [--pixels 192] [--json FILE|-]
+    ./dev bench lights [--subject snake] [--world studio] [--points 200] [--samples 1024] [--json FILE|-]
 
-**Furnace**: a plane in a white world shows the directional albedo of its relief. The table gives Cycles' value divided
-by the integral of the bake's own table over the hemisphere, and the share of the light (Y) that comes back. Surfaces
-are skins of keratin, and a blaze in a mirror, in gold and under layers. Real scans are left out if their files are
-missing.
-
-**Noise**: the sample snake on its ground under worlds, as an artist renders it, with each choice of lights. For
-comparison the same skin gets an ordinary Principled coat of IOR 1.56 and roughness 0.3, or a sharp coat with the
-roughness of the relief's mirror image, 0.08. The figure is the RMSE of the whole picture against the material's own
-picture of many samples, times the square root of the processor time: the noise at equal time. Pixels are clipped at
-display white. Samples are not clipped: clipping would remove light, and less of it the more a footprint blurs. `us` is
-the processor time of a sample of a pixel in microseconds. `clean` is the number of samples for an RMSE of 2 % of
-display white. `denoised` is the RMSE after Cycles' denoiser, and `dE` the median CIEDE2000 of the denoised picture over
-the lit pixels.
-
-**Scattered**: the noise of the scattered light alone, compared with a coat alone (lights_scattered.py).
-
-**Truth**: renders under worlds and a large lamp, compared with integrals of the table (lights_truth.py).
-
-**Fakes**: artists' substitutes for a measured surface, compared with the same integrals (lights_fakes.py).
-
-**Worlds**: a sphere in fourteen worlds, compared with the same integrals (lights_fourteen.py).
+Each row is a subject, a world and a surface. It gives the median and the 95th percentile of the CIEDE2000 between
+render and integral over the points, at the exposure that puts the 99th percentile of the integrals' Y at display white.
+`light` is the ratio of the render's total Y to the integrals'. Both figures are given for all the light, and for the
+scattered light without the mirror image, from a bake whose zero order is zero. `noise` is the render's own noise: half
+the median difference between two renders of half the samples each (`--samples`).
 """
 
 import argparse
+import shutil
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
 from precompute.cli.arguments import count
 from precompute.cli.parser import OneLineParser
+from precompute.colour.spaces import rgb_from_xyz
 from precompute.table import atlas
+from precompute.table.sample_set import path_beside
 
 from . import lights_scenes as scenes
 from . import report
-from .hemisphere import directional_albedo, directional_albedo_xyz
-from .lights_fakes import fakes
-from .lights_fourteen import FOURTEEN, worlds_against_integrals
-from .lights_scattered import scattered
-from .lights_truth import truth
-from .lights_worlds import SAMPLES, SURFACES, WORLDS, Worlds
+from .hemisphere import Surface, without_mirror
+from .lights_scenes import SURFACES, Worlds
+from .osl import colour_differences
 
-PARTS = ("furnace", "noise", "scattered", "truth", "fakes", "worlds")
-ANGLES_DEG = (0, 30, 60, 75, 80, 85)
-MATERIALS = ("coat", "sharp coat", "LAMPS", "REST", "ALL")
-# The RMSE that counts as clean, relative to display white.
-_CLEAN = 0.02
+# Pixels per side of a subject's picture.
+PIXELS = {"snake": 56, "sphere": 28, "disc": 20}
+# Worlds in which All has negligible noise at these samples.
+_ALL_CONVERGES = ("studio", "overcast sky")
+_LUMINANCE = np.linalg.inv(rgb_from_xyz("Rec.709"))[1]
+_WORST = 5
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Print the tables and return the exit status."""
+    """Print the table and return the exit status."""
     parser = OneLineParser(prog="./dev bench lights", description=__doc__.splitlines()[0])
-    parser.add_argument("--part", action="append", choices=PARTS)
-    parser.add_argument("--pixels", type=count(4, 8192), default=192)
-    parser.add_argument("--points", type=count(1, 100_000), default=200, help="of a subject; not in furnace and noise")
-    parser.add_argument("--samples", type=count(2, 1 << 20), default=1024, help="of a pixel; not in furnace and noise")
-    parser.add_argument("--subject", action="append", choices=scenes.SUBJECTS, help="in truth and fakes")
-    parser.add_argument("--world", action="append", choices=scenes.WORLDS, help="not in furnace and worlds")
-    parser.add_argument("--surface", action="append", choices=SURFACES, help="in scattered, truth and fakes")
-    parser.add_argument("--fourteen", action="append", choices=FOURTEEN, help="a world of the part worlds")
+    parser.add_argument("--points", type=count(1, 100_000), default=200, help="of a subject")
+    parser.add_argument("--samples", type=count(2, 1 << 20), default=1024, help="of a pixel")
+    parser.add_argument("--subject", action="append", choices=scenes.SUBJECTS)
+    parser.add_argument("--world", action="append", choices=scenes.WORLDS)
+    parser.add_argument("--surface", action="append", choices=SURFACES)
     report.add_json(parser)
     arguments = parser.parse_args(argv)
-    facts = {}
     with tempfile.TemporaryDirectory() as folder:
-        studio = Worlds.started(Path(folder), arguments.pixels)
-        for part in arguments.part or PARTS:
-            facts[part] = _MEASURES[part](studio, arguments)
-    report.write(facts, arguments.json)
+        rows = truth(Worlds.started(Path(folder), max(PIXELS.values())), arguments)
+    report.write({"truth": rows}, arguments.json)
     return 0
 
 
-def furnace(studio: Worlds, arguments: argparse.Namespace) -> list[dict]:
-    """A row for each surface, choice of lights and angle: the render relative to the directional albedo, linear RGB."""
-    rows = []
-    report.say(f"{'surface':40}{'lights':>7}{'angle':>7}   render / albedo in R, G, B; share of light", arguments.json)
-    for name, bake in (*studio.bakes(), *studio.blazes()):
-        table = atlas.read(bake)[0]
-        albedo = {angle: directional_albedo(table, np.radians(angle)) for angle in ANGLES_DEG}
-        share = {angle: float(directional_albedo_xyz(table, np.radians(angle))[1]) for angle in ANGLES_DEG}
-        for lights in ("REST", "ALL"):
-            for angle in ANGLES_DEG:
-                found = studio.furnace(bake, lights, np.radians(angle))
-                rows.append(
-                    {
-                        "surface": name,
-                        "lights": lights,
-                        "angle_deg": angle,
-                        "albedo": albedo[angle].tolist(),
-                        "share": share[angle],
-                        "ratio": (found / albedo[angle]).tolist(),
-                    }
-                )
-                ratio = " ".join(f"{each:.4f}" for each in rows[-1]["ratio"])
-                report.say(f"{name:40}{lights:>7}{angle:7}   {ratio}; {share[angle]:.3f}", arguments.json)
-    return rows
-
-
-def noise(studio: Worlds, arguments: argparse.Namespace) -> list[dict]:
-    """A row for each world and material."""
+def truth(studio: Worlds, arguments: argparse.Namespace) -> list[dict]:
+    """A row for each subject, world, surface, choice of lights and part of the light."""
     rows = []
     report.say(
-        f"{'world':14}{'material':>11}{'us':>7}{'RMSE':>9}{'to coat':>9}{'clean':>7}{'denoised':>10}{'dE':>6}",
-        arguments.json,
-    )
-    for world in arguments.world or scenes.WORLDS:
-        studio.build("snake")
-        if world in WORLDS:
-            studio.light_by(world)
-        else:
-            studio.target = np.zeros(3)
+        f"{'subject':8}{'world':14}{'surface':20}{'lights':7}{'part':11}{'dE50':>6}{'dE95':>6}{'light':>7}"
+        f"{'noise':>7}{'sources':>9}{'missed':>8}", arguments.json,
+    )  # fmt: skip
+    worlds = arguments.world or scenes.WORLDS
+    bakes = list(studio.bakes(arguments.surface or SURFACES))
+    for subject in arguments.subject or scenes.SUBJECTS:
+        scenes.build(studio, subject)
+        points = scenes.free_points(studio, PIXELS[subject], arguments.points)
+        lights = {world: scenes.light_by(studio, world) for world in worlds}
+        wanted = {name: integrals(Surface.of(atlas.read(bake)[0]), points, lights) for name, bake in bakes}
+        for world in worlds:
             scenes.light_by(studio, world)
-        coat = None
-        for material in MATERIALS:
-            studio.dress(material)
-            row = studio.noise()
-            figure = row["rmse"] * row["us"] ** 0.5
-            coat = figure if coat is None else coat
-            row |= {
-                "world": world,
-                "material": material,
-                "to_coat": figure / coat,
-                "clean": SAMPLES * (row["rmse"] / _CLEAN) ** 2,
-                "sources": studio.addon.sky.source_count(studio.scene),
-            }
-            rows.append(row)
-            report.say(
-                f"{world:14}{material:>11}{row['us']:7.2f}{row['rmse']:9.5f}{row['to_coat']:9.2f}{row['clean']:7.1f}"
-                f"{row['denoised']:10.5f}{row['denoised_de']:6.2f}",
-                arguments.json,
-            )
+            for name, bake in bakes:
+                scattered, mirrored = wanted[name][world]
+                for lights, part, picture in pictures(
+                    studio, bake, world=world, size=(PIXELS[subject], arguments.samples)
+                ):
+                    expected = scattered if part == "scattered" else scattered + mirrored
+                    row = {"subject": subject, "world": world, "surface": name, "lights": lights, "part": part}
+                    row |= compared(picture[:, *points.pixels], expected)
+                    row |= {
+                        "points": len(expected),
+                        "sources": studio.addon.sky.source_count(studio.scene),
+                        "missed": studio.addon.sky.missed_share(studio.scene),
+                    }
+                    rows.append(row)
+                    report.say(
+                        f"{subject:8}{world:14}{name:20}{lights:7}{part:11}{row['de_median']:6.2f}{row['de_p95']:6.2f}"
+                        f"{row['light']:7.3f}{row['noise']:7.2f}{row['sources']:9}{row['missed']:8.3f}",
+                        arguments.json,
+                    )
     return rows
 
 
-_MEASURES = {
-    "furnace": furnace, "noise": noise, "scattered": scattered, "truth": truth, "fakes": fakes,
-    "worlds": worlds_against_integrals,
-}  # fmt: skip
+def integrals(surface: Surface, points: scenes.Points, lights: dict[str, scenes.Light]) -> dict[str, np.ndarray]:
+    """Scattered and mirrored radiance (2, n, 3) at the points, by the name of the light."""
+    found = np.zeros((len(lights), 2, len(points.positions), 3))
+    panoramas = np.concatenate([light.panorama for light in lights.values()], axis=2)
+    for index, (position, frame, wr) in enumerate(zip(points.positions, points.frames, points.views, strict=True)):
+        wi, mirrored = surface.mirrored(wr)
+        parts = (surface.directions @ frame, surface.scattered(wr)), (wi @ frame, mirrored)
+        for part, (directions, answers) in enumerate(parts):
+            seen = scenes.looked_up(panoramas, directions).reshape(len(directions), -1, 3)
+            found[:, part, index] = np.einsum("nlc,nc->lc", seen, answers)
+            for which, light in enumerate(lights.values()):
+                if light.square is not None:
+                    found[which, part, index] += light.of_lamp(directions, position, surface.table.sigma_b) @ answers
+        for which, light in enumerate(lights.values()):
+            if len(light.directions):
+                found[which, :, index] += surface.lit(light.directions @ frame.T, wr, light.irradiance, light.variance)
+    return dict(zip(lights, found, strict=True))
+
+
+def compared(pictures: np.ndarray, expected: np.ndarray) -> dict:
+    """The figures of a row, from two renders (2, n, 3) of the points and their integrals (n, 3)."""
+    picture = pictures.mean(axis=0)
+    differences = colour_differences(picture, expected)
+    errors = np.abs(picture - expected) @ _LUMINANCE
+    noise = colour_differences(*pictures) if pictures.any() else np.zeros(1)
+    worst = np.argsort(errors)[::-1][:_WORST]
+    return {
+        "de_median": float(np.median(differences)),
+        "de_p95": float(np.percentile(differences, 95)),
+        "light": float((picture @ _LUMINANCE).sum() / (expected @ _LUMINANCE).sum()),
+        "noise": float(np.median(noise) / 2),
+        "counted": len(differences),
+        "worst": [{"point": int(i), "render": picture[i].tolist(), "integral": expected[i].tolist()} for i in worst],
+    }
+
+
+def pictures(studio: Worlds, bake: Path, *, world: str, size: tuple[int, int]) -> Iterator[tuple[str, str, np.ndarray]]:
+    """The choice of lights, the part of the light, and two renders (2, rows, columns, 3) of a bake, for each. `size` is
+    the pixels per side and the total samples of both renders."""
+    scattering = scattering_bake(studio, bake)
+    choices = [("REST", "whole", bake), ("REST", "scattered", scattering)]
+    if world in _ALL_CONVERGES:
+        choices.append(("ALL", "whole", bake))
+    for lights, part, path in choices:
+        material, skin = studio.material(path, lights)
+        skin.inputs["Base Color"].default_value = (0, 0, 0, 1)
+        studio.mesh.material_slots[0].material = material
+        studio.addon.fitting_worlds.fit_world(studio.scene)
+        yield lights, part, two_halves(studio, *size)
+
+
+def scattering_bake(studio: Worlds, bake: Path) -> Path:
+    """The bake without its zero order."""
+    scattering = studio.folder / f"{bake.stem}-scattered.exr"
+    if not scattering.is_file():
+        image, layout = atlas.pack(without_mirror(atlas.read(bake)[0]))
+        atlas.write_together({scattering: (image, layout)}, {"precision": str(image.dtype)})
+        shutil.copyfile(path_beside(bake), path_beside(scattering))
+    return scattering
+
+
+def two_halves(studio: Worlds, pixels: int, samples: int) -> np.ndarray:
+    """Two pictures (2, pixels, pixels, 3) with half the samples each and independent noise."""
+    halves = []
+    for studio.scene.cycles.seed in (0, 1):
+        halves.append(studio.render((samples + 1) // 2, pixels))
+    return np.stack(halves)

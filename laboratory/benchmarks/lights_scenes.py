@@ -1,22 +1,31 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scenes in which renders are compared with integrals: subjects, worlds, and points of the subject.
+"""The scenes in which renders are compared with integrals: surfaces, subjects, worlds, and points of the subject.
 
 A pixel shows one point, as in all measurements of the radiance. The position and tangent frame of a point come from
 pictures by Cycles, never from the materials under test. Each subject stands alone, and only points are chosen from
 which the subject hides none of the sky: the integrals do not contain the subject's own reflections.
 """
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 
-from precompute.world_sources.sources import crop_cells
+from precompute.bake.make import bake_to_folder
+from precompute.bake.request import BakeRequest
+from precompute.surface.readers.reader_registry import read_height_map
+from precompute.world_sources.sources import crop_cells, crop_frame
 from sample_scenes.panoramas import overcast, soft_boxes
 from sample_scenes.room import room
 
-from .lights_worlds import Worlds
+from .studio import Studio
 
+# File, and height in nanometres from black to white; the scans are 65 um wide.
+_SCANS = (("elaphe_65um.png", 375), ("xenopeltis_65um.png", 818.69))
+_FOLDER = Path(__file__).resolve().parents[3] / "shared" / "data" / "snake"
+SURFACES = ("sample:elaphe", *(name for name, _ in _SCANS))
 SUBJECTS = ("snake", "sphere", "disc")
 WORLDS = ("studio", "clear sky", "overcast sky", "room", "area lamp")
 # In metres. A square lamp 1 m wide lights the subject from 1 m away; its watts give it a radiance of 10 W/m2/sr.
@@ -28,8 +37,69 @@ _ROWS = 256
 _LOOK, _LOOK_PIXELS = np.radians(0.6), 96
 # The sun's disc is sampled in rings of equal width.
 _SUN_RINGS = 4
+# A place in metres from which a camera sees only the world.
+_FAR_M = 1000
 # The number of rays that test whether a point sees the whole sky, and the smallest cosine of the rays and of the view.
 _RAYS, _COSINE_MIN = 256, 0.1
+
+
+class Worlds(Studio):
+    """The studio lit by worlds."""
+
+    def bakes(self, names: Sequence[str] = SURFACES) -> Iterator[tuple[str, Path]]:
+        """The name and the bake's file of each of these surfaces."""
+        if SURFACES[0] in names:
+            yield SURFACES[0], self.bake
+        for name, height_nm in _SCANS:
+            if name in names and (_FOLDER / name).is_file():
+                folder = self.folder / Path(name).stem
+                folder.mkdir()
+                scan = read_height_map(str(_FOLDER / name), 65, height_nm)
+                facts = bake_to_folder([scan], BakeRequest(), folder, progress=lambda *_: None)
+                yield name, Path(facts["files"][0])
+
+    def material(self, bake: Path, lights: str):
+        """A new diffraction material of a bake, and its skin node."""
+        group = self.addon.making_materials.new_diffraction_group(bake, False, lights)
+        made = self.addon.material.new_diffraction_material("lit", group)
+        return made, next(node for node in made.node_tree.nodes if node.label == "Skin")
+
+    def paint(self, radiance: np.ndarray) -> None:
+        """Set a world of this radiance (rows, cols, 3), laid out as in precompute/world_sources/sources.py."""
+        from sample_scenes.relight import paint
+
+        paint(self.scene, radiance)
+
+    def world(self):
+        """Set a new world; returns its node tree and its Background node."""
+        import bpy
+
+        self.scene.world = bpy.data.worlds.new("World")
+        self.addon.compat.enable_nodes(self.scene.world)
+        tree = self.scene.world.node_tree
+        return tree, next(node for node in tree.nodes if node.type == "BACKGROUND")
+
+    def look(self, direction: np.ndarray, half_angles: tuple[float, float], shape: tuple[int, int]) -> np.ndarray:
+        """A picture (rows, cols, 3) of the world around a direction (3,), up to half angles of latitude and longitude,
+        laid out as in precompute/world_sources/sources.py."""
+        import bpy
+        import mathutils
+
+        forward, left, up = crop_frame(direction).T
+        data = bpy.data.cameras.new("Look")
+        data.type, data.panorama_type = "PANO", "EQUIRECTANGULAR"
+        data.latitude_max, data.longitude_max = half_angles
+        data.latitude_min, data.longitude_min = -half_angles[0], -half_angles[1]
+        camera = bpy.data.objects.new("Look", data)
+        self.scene.collection.objects.link(camera)
+        rotation = mathutils.Matrix(np.stack((-left, up, -forward), axis=1)).to_4x4()
+        camera.matrix_world = mathutils.Matrix.Translation((0, 0, _FAR_M)) @ rotation
+        before, self.scene.camera = self.scene.camera, camera
+        try:
+            return self.render(1, shape)[::-1]
+        finally:
+            self.scene.camera = before
+            bpy.data.batch_remove([camera, data])
 
 
 @dataclass(frozen=True)
@@ -91,7 +161,7 @@ def build(studio: Worlds, subject: str) -> None:
 
     from sample_scenes.snake import build_snake
 
-    studio.build("sphere")
+    studio.build()
     bpy.data.objects.remove(studio.mesh)
     if subject == "snake":
         studio.mesh, target, at, angle = build_snake(), (-0.03, -0.05, 0.03), (-0.036, -0.80, 0.69), 5
@@ -234,6 +304,8 @@ def _hidden(tree, positions: np.ndarray, frames: np.ndarray) -> np.ndarray:
 
 def _geometry(studio: Worlds, pixels: int) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Pictures (n, n, 3) of Position, Normal, Tangent and Incoming, and a mask of the pixels that see the mesh."""
+    import bpy
+
     found = {}
     world, studio.scene.world = studio.scene.world, None
     for name, kind, settings in (
@@ -242,8 +314,6 @@ def _geometry(studio: Worlds, pixels: int) -> tuple[dict[str, np.ndarray], np.nd
         ("Incoming", "ShaderNodeNewGeometry", {}),
         ("Tangent", "ShaderNodeTangent", {"direction_type": "UV_MAP"}),
     ):
-        import bpy
-
         material = bpy.data.materials.new(name)
         studio.addon.compat.enable_nodes(material)
         material.node_tree.nodes.clear()
@@ -251,7 +321,7 @@ def _geometry(studio: Worlds, pixels: int) -> tuple[dict[str, np.ndarray], np.nd
         value = tree.value(tree.node(kind, **settings).outputs[name])
         tree.node("ShaderNodeOutputMaterial", tree.emission(value.times_plus(0.25, (0.5, 0.5, 0.5)), 1.0))
         studio.mesh.material_slots[0].material = material
-        found[name] = studio.render("cycles", 1, pixels)[1]
+        found[name] = studio.render(1, pixels)
     studio.scene.world = world
     seen = found["Incoming"].max(axis=-1) > 0
     return {name: value * 4 - 2 for name, value in found.items()}, seen

@@ -6,8 +6,7 @@ Cycles.
 
 The scene is a plane one metre under the camera and one sun, with one sample in each pixel. The node group's picture is
 compared with its table as precompute reads it, and each shader's picture with the node group's picture. CIEDE2000 is
-taken over the lit pixels, at the exposure that puts the 99th percentile of the second picture's Y at 1. `./dev bench
-render_time` measures what the shaders cost.
+taken over the lit pixels, at the exposure that puts the 99th percentile of the second picture's Y at 1.
 """
 
 import math

@@ -4,7 +4,7 @@
     ./dev bench picture [--scene hero|macro|cd ...] [--engine cycles|eevee ...] [--width 128]
         [--reference 2048] [--most 60] [--output docs] [--json FILE|-]
 
-The scenes are those of needs.py: a snake from afar, a close-up of scales, a disc; only lamps light their gratings. The
+The scenes are those of studio.py: a snake from afar, a close-up of scales, a disc; only lamps light their gratings. The
 reference is the mean of two renders by Cycles with different random numbers, in which the OSL shader evaluates Direct's
 exact formula with a bake of dE 0.25. Each method takes the same place in the same material. Errors are the CIEDE2000
 over the lit pixels (mean and 95th percentile, at the exposure that puts the 99th percentile of Y at 1), and the mean of
@@ -38,10 +38,10 @@ from precompute.surface.relief import prepare
 from precompute.table import atlas
 
 from . import report
-from .lights_fakes import lobes, rainbow_response
-from .needs import SCENES, Scene
 from .osl import colour_differences, direct_shader_response, start_blender, thesis_response
+from .picture_fakes import lobes, rainbow_response
 from .picture_page import write_page
+from .studio import SCENES, Scene
 
 SAMPLES = (1, 4, 16, 64, 256)
 ENGINES = ("cycles", "eevee")

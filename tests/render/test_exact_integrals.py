@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The integrals and scenes of `./dev bench lights --part truth`, with which renders are compared."""
+"""The integrals and scenes of `./dev bench lights`, with which renders are compared."""
 
 import numpy as np
 import pytest
 
-from laboratory.benchmarks import lights_area, lights_truth
+from laboratory.benchmarks import lights
 from laboratory.benchmarks import lights_scenes as scenes
-from laboratory.benchmarks.hemisphere import Surface, directional_albedo, hemisphere, without_mirror
-from laboratory.benchmarks.lights_worlds import Worlds
+from laboratory.benchmarks.hemisphere import Surface, directional_albedo, hemisphere
+from laboratory.benchmarks.lights_scenes import Worlds
 from precompute.world_sources.sources import panorama_cells
 
 
@@ -61,7 +61,7 @@ def test_a_small_lamp_is_a_world_of_one_direction(skin):
 
 def test_a_panorama_is_looked_up_as_cycles_does(studio):
     """At the centres of a look's pixels, which lie between the world's. Cycles uses single precision."""
-    studio.build("sphere")
+    studio.build()
     random = np.random.default_rng(3).random((32, 64, 3))
     studio.paint(random)
     studio.scene.cycles.pixel_filter_type, studio.scene.cycles.filter_width = "GAUSSIAN", 0.01
@@ -88,11 +88,6 @@ def test_the_lamp_fills_its_solid_angle(studio):
     cells = panorama_cells(400, 800)
     seen = light.of_lamp(cells.directions, studio.target, 0.01) @ cells.solid_angles
     assert seen == pytest.approx(10 * 4 * np.arcsin(0.2), rel=2e-3)
-    many = 20_000
-    here = lights_area.Sphere(np.tile(studio.target, (many, 1)), np.tile(np.eye(3), (many, 1, 1)), np.zeros((many, 3)))
-    drawn = lights_area._LampDraws(light, np.random.default_rng(0)).drawn(np.zeros(many), here)[1]
-    # cos(t)^3 varies by 12 % over the lamp, so the mean of 20,000 draws by 0.1 %.
-    assert drawn[:, 0].mean() == pytest.approx(seen, rel=5e-3)
     assert studio.addon.follow.lamp_count(studio.scene) == 1
     scenes.light_by(studio, "overcast sky")
     assert studio.addon.follow.lamp_count(studio.scene) == 0
@@ -148,47 +143,21 @@ def test_faces_that_no_point_is_on_are_black(studio):
 
 def test_equal_pictures_do_not_differ():
     expected = np.random.default_rng(1).random((50, 3))
-    row = lights_truth.compared(np.stack([expected, expected]), expected)
+    row = lights.compared(np.stack([expected, expected]), expected)
     assert row["de_median"] == row["de_p95"] == row["noise"] == 0 and row["light"] == pytest.approx(1)
-    brighter = lights_truth.compared(np.stack([expected * 1.1] * 2), expected)
+    brighter = lights.compared(np.stack([expected * 1.1] * 2), expected)
     assert brighter["light"] == pytest.approx(1.1) and brighter["de_median"] > 0.5
 
 
-@pytest.mark.night("test_the_light_of_a_sphere_is_the_mean_of_its_points")
+@pytest.mark.night("test_a_white_world_shows_the_directional_albedo")
 def test_an_overcast_sphere_is_its_integral(studio, skin):
     """Render and integral share only the table. A thousand samples at forty points have a noise of 0.5 %."""
     scenes.build(studio, "sphere")
     points = scenes.free_points(studio, 16, 40)
-    lights = {"overcast sky": scenes.light_by(studio, "overcast sky")}
-    scattered, mirrored = lights_truth.integrals(Surface.of(skin[1]), points, lights)["overcast sky"]
-    rows = lights_truth.pictures(studio, skin[0], world="overcast sky", size=(16, 1024))
+    sky = {"overcast sky": scenes.light_by(studio, "overcast sky")}
+    scattered, mirrored = lights.integrals(Surface.of(skin[1]), points, sky)["overcast sky"]
+    rows = lights.pictures(studio, skin[0], world="overcast sky", size=(16, 1024))
     for _, part, picture in rows:
-        row = lights_truth.compared(picture[:, *points.pixels], scattered + mirrored if part == "whole" else scattered)
+        row = lights.compared(picture[:, *points.pixels], scattered + mirrored if part == "whole" else scattered)
         assert row["light"] == pytest.approx(1, abs=0.03), (part, row)
         assert row["de_median"] < 2, (part, row)
-
-
-@pytest.mark.night("test_a_small_lamp_is_a_world_of_one_direction")
-def test_the_light_of_a_sphere_is_the_mean_of_its_points(studio, skin, monkeypatch):
-    """In an even world a point shows the directional albedo, so the mean over the picture is known. A lamp in each
-    pixel of that world gives the same, drawn the other way."""
-    monkeypatch.setattr(lights_area, "_POINTS", 50_000)
-    scenes.build(studio, "sphere")
-    table, camera = without_mirror(skin[1]), studio.scene.camera
-    places = (np.stack(np.meshgrid(np.arange(200), np.arange(200)), axis=-1).reshape(-1, 2) + 0.5) / 200
-    hit, sphere = lights_area.sphere_points(camera, places)
-    assert 0.6 < hit.mean() < 0.9
-    angles = np.linspace(0, np.pi / 2, 30)
-    albedo = (
-        np.array([directional_albedo(table, min(angle, np.radians(89))) for angle in angles]) @ lights_truth.LUMINANCE
-    )
-    expected = np.interp(np.arccos(sphere.views[:, 2]), angles, albedo).sum() / len(places)
-    cells = panorama_cells(64, 128)
-    none = np.zeros((64, 128, 3))
-    spread = scenes.Light(none, cells.directions, np.repeat(cells.solid_angles[:, None], 3, axis=1))
-    # One direction a point has more noise if it is not drawn by the table.
-    for light, share in ((scenes.Light(none + 1), 0.01), (spread, 0.06)):
-        found, error = lights_area.mean_light(camera, table, light)
-        assert error < share * expected
-        # Four errors, and 1 % for the interpolated albedo.
-        assert found == pytest.approx(expected, abs=4 * error + 0.01 * expected)

@@ -8,17 +8,15 @@ from pathlib import Path
 
 import pytest
 
-from laboratory.benchmarks import evaluation_maps, evaluation_page, hard_cases, picture_page, terms
+from laboratory.benchmarks import evaluation_maps, evaluation_page, hard_cases, picture_page
 from laboratory.speed.result import Machine
-from laboratory.study import pages
+from laboratory.study import pages, terms
 
 ROOT = Path(__file__).resolve().parents[3]
 DOCS = ROOT / "docs"
 FILLED = {
-    "against_the_world.md",
     "evaluation.md",
     "hard_cases.md",
-    "scans.md",
     "speed_against_error.md",
     "speed_in_the_picture.md",
 }
