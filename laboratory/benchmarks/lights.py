@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Renders under worlds and a large lamp, compared with integrals of the table at points of the subject.
+"""Renders under worlds, compared with integrals of the table at points of the subject.
 
     ./dev bench lights [--subject snake] [--world studio] [--points 200] [--samples 1024] [--json FILE|-]
 
@@ -26,12 +26,12 @@ from precompute.table.sample_set import path_beside
 
 from . import lights_scenes as scenes
 from . import report
+from .blender import colour_differences
 from .hemisphere import Surface, without_mirror
 from .lights_scenes import SURFACES, Worlds
-from .osl import colour_differences
 
 # Pixels per side of a subject's picture.
-PIXELS = {"snake": 56, "sphere": 28, "disc": 20}
+PIXELS = {"snake": 56, "sphere": 28}
 # Worlds in which All has negligible noise at these samples.
 _ALL_CONVERGES = ("studio", "overcast sky")
 _LUMINANCE = np.linalg.inv(rgb_from_xyz("Rec.709"))[1]
@@ -64,12 +64,12 @@ def truth(studio: Worlds, arguments: argparse.Namespace) -> list[dict]:
     worlds = arguments.world or scenes.WORLDS
     bakes = list(studio.bakes(arguments.surface or SURFACES))
     for subject in arguments.subject or scenes.SUBJECTS:
-        scenes.build(studio, subject)
+        studio.build(subject)
         points = scenes.free_points(studio, PIXELS[subject], arguments.points)
-        lights = {world: scenes.light_by(studio, world) for world in worlds}
+        lights = {world: studio.light_by(world) for world in worlds}
         wanted = {name: integrals(Surface.of(atlas.read(bake)[0]), points, lights) for name, bake in bakes}
         for world in worlds:
-            scenes.light_by(studio, world)
+            studio.light_by(world)
             for name, bake in bakes:
                 scattered, mirrored = wanted[name][world]
                 for lights, part, picture in pictures(
@@ -92,22 +92,16 @@ def truth(studio: Worlds, arguments: argparse.Namespace) -> list[dict]:
     return rows
 
 
-def integrals(surface: Surface, points: scenes.Points, lights: dict[str, scenes.Light]) -> dict[str, np.ndarray]:
-    """Scattered and mirrored radiance (2, n, 3) at the points, by the name of the light."""
+def integrals(surface: Surface, points: scenes.Points, lights: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Scattered and mirrored radiance (2, n, 3) at the points, by the name of the world."""
     found = np.zeros((len(lights), 2, len(points.positions), 3))
-    panoramas = np.concatenate([light.panorama for light in lights.values()], axis=2)
-    for index, (position, frame, wr) in enumerate(zip(points.positions, points.frames, points.views, strict=True)):
+    panoramas = np.concatenate(list(lights.values()), axis=2)
+    for index, (frame, wr) in enumerate(zip(points.frames, points.views, strict=True)):
         wi, mirrored = surface.mirrored(wr)
         parts = (surface.directions @ frame, surface.scattered(wr)), (wi @ frame, mirrored)
         for part, (directions, answers) in enumerate(parts):
             seen = scenes.looked_up(panoramas, directions).reshape(len(directions), -1, 3)
             found[:, part, index] = np.einsum("nlc,nc->lc", seen, answers)
-            for which, light in enumerate(lights.values()):
-                if light.square is not None:
-                    found[which, part, index] += light.of_lamp(directions, position, surface.table.sigma_b) @ answers
-        for which, light in enumerate(lights.values()):
-            if len(light.directions):
-                found[which, :, index] += surface.lit(light.directions @ frame.T, wr, light.irradiance, light.variance)
     return dict(zip(lights, found, strict=True))
 
 

@@ -7,44 +7,49 @@ which the subject hides none of the sky: the integrals do not contain the subjec
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Self
 
 import numpy as np
 
 from precompute.bake.make import bake_to_folder
 from precompute.bake.request import BakeRequest
 from precompute.surface.readers.reader_registry import read_height_map
-from precompute.world_sources.sources import crop_cells, crop_frame
 from sample_scenes.panoramas import overcast, soft_boxes
 from sample_scenes.room import room
 
-from .studio import Studio
+from .blender import start_blender
+from .studio import rendered
 
 # File, and height in nanometres from black to white; the scans are 65 um wide.
 _SCANS = (("elaphe_65um.png", 375), ("xenopeltis_65um.png", 818.69))
 _FOLDER = Path(__file__).resolve().parents[3] / "shared" / "data" / "snake"
 SURFACES = ("sample:elaphe", *(name for name, _ in _SCANS))
-SUBJECTS = ("snake", "sphere", "disc")
-WORLDS = ("studio", "clear sky", "overcast sky", "room", "area lamp")
-# In metres. A square lamp 1 m wide lights the subject from 1 m away; its watts give it a radiance of 10 W/m2/sr.
-RADIUS_M, LAMP_M, LAMP_W = 0.2, 1.0, 10 * np.pi
-_TO_LAMP = np.array((0.5, -0.3, 0.8)) / np.linalg.norm((0.5, -0.3, 0.8))
-# Rows of a painted world, and of a sky read from a render.
+SUBJECTS = ("snake", "sphere")
+_PAINTED = {"studio": soft_boxes, "overcast sky": overcast, "room": cache(room)}
+WORLDS = tuple(_PAINTED)
+RADIUS_M = 0.2
+# Rows of a painted world.
 _ROWS = 256
-# A close look at the sun: half its angle, and the pixels of a side.
-_LOOK, _LOOK_PIXELS = np.radians(0.6), 96
-# The sun's disc is sampled in rings of equal width.
-_SUN_RINGS = 4
-# A place in metres from which a camera sees only the world.
-_FAR_M = 1000
 # The number of rays that test whether a point sees the whole sky, and the smallest cosine of the rays and of the view.
 _RAYS, _COSINE_MIN = 256, 0.1
 
 
-class Worlds(Studio):
-    """The studio lit by worlds."""
+class Worlds:
+    """A subject under worlds, and the add-on's materials."""
+
+    def __init__(self, addon: SimpleNamespace, folder: Path, pixels: int, bake: Path):
+        self.addon, self.folder, self.pixels, self.bake = addon, folder, pixels, bake
+
+    @classmethod
+    def started(cls, folder: Path, pixels: int) -> Self:
+        """Start with the add-on of this tree and a bake of the Elaphe sample in a folder."""
+        addon = start_blender(folder)
+        facts = bake_to_folder([read_height_map(SURFACES[0])], BakeRequest(), folder, progress=lambda *_: None)
+        return cls(addon, folder, pixels, Path(facts["files"][0]))
 
     def bakes(self, names: Sequence[str] = SURFACES) -> Iterator[tuple[str, Path]]:
         """The name and the bake's file of each of these surfaces."""
@@ -64,69 +69,49 @@ class Worlds(Studio):
         made = self.addon.material.new_diffraction_material("lit", group)
         return made, next(node for node in made.node_tree.nodes if node.label == "Skin")
 
-    def paint(self, radiance: np.ndarray) -> None:
-        """Set a world of this radiance (rows, cols, 3), laid out as in precompute/world_sources/sources.py."""
+    def build(self, subject: str) -> None:
+        """Build one of SUBJECTS, alone and without a material, and a camera."""
+        import bpy
+        from mathutils import Vector
+
+        from sample_scenes import stage
+        from sample_scenes.snake import build_snake
+
+        self.scene = bpy.context.scene
+        stage.clean_scene()
+        stage.render_settings(self.scene)
+        if subject == "snake":
+            self.mesh, target, at, angle = build_snake(), (-0.03, -0.05, 0.03), (-0.036, -0.80, 0.69), 5
+        else:
+            bpy.ops.mesh.primitive_uv_sphere_add(segments=128, ring_count=64, radius=RADIUS_M)
+            bpy.ops.object.shade_smooth()
+            self.mesh, target, at, angle = bpy.context.object, (0, 0, 0), (0.0, -0.6, 0.1), 38
+            self.mesh.data.materials.append(None)
+        camera = stage.add_camera(self.scene)
+        camera.data.type, camera.data.angle = "PERSP", np.radians(angle)
+        camera.location = at
+        camera.rotation_euler = (Vector(at) - Vector(target)).to_track_quat("Z", "Y").to_euler()
+        cycles, image = self.scene.cycles, self.scene.render.image_settings
+        cycles.use_denoising = cycles.use_adaptive_sampling = cycles.shading_system = False
+        cycles.pixel_filter_type, cycles.filter_width = "GAUSSIAN", 0.01  # Cycles' box is a whole pixel at any width
+        image.file_format, image.color_depth = "OPEN_EXR", "32"
+
+    def light_by(self, world: str) -> np.ndarray:
+        """Light the scene by one of WORLDS; returns its radiance (_ROWS, 2 _ROWS, 3), laid out as in
+        precompute/world_sources/sources.py."""
         from sample_scenes.relight import paint
 
-        paint(self.scene, radiance)
+        panorama = _PAINTED[world](_ROWS)
+        paint(self.scene, panorama)
+        self.addon.lighting.update_lamps(self.scene)
+        return panorama
 
-    def world(self):
-        """Set a new world; returns its node tree and its Background node."""
-        import bpy
-
-        self.scene.world = bpy.data.worlds.new("World")
-        self.addon.compat.enable_nodes(self.scene.world)
-        tree = self.scene.world.node_tree
-        return tree, next(node for node in tree.nodes if node.type == "BACKGROUND")
-
-    def look(self, direction: np.ndarray, half_angles: tuple[float, float], shape: tuple[int, int]) -> np.ndarray:
-        """A picture (rows, cols, 3) of the world around a direction (3,), up to half angles of latitude and longitude,
-        laid out as in precompute/world_sources/sources.py."""
-        import bpy
-        import mathutils
-
-        forward, left, up = crop_frame(direction).T
-        data = bpy.data.cameras.new("Look")
-        data.type, data.panorama_type = "PANO", "EQUIRECTANGULAR"
-        data.latitude_max, data.longitude_max = half_angles
-        data.latitude_min, data.longitude_min = -half_angles[0], -half_angles[1]
-        camera = bpy.data.objects.new("Look", data)
-        self.scene.collection.objects.link(camera)
-        rotation = mathutils.Matrix(np.stack((-left, up, -forward), axis=1)).to_4x4()
-        camera.matrix_world = mathutils.Matrix.Translation((0, 0, _FAR_M)) @ rotation
-        before, self.scene.camera = self.scene.camera, camera
-        try:
-            return self.render(1, shape)[::-1]
-        finally:
-            self.scene.camera = before
-            bpy.data.batch_remove([camera, data])
-
-
-@dataclass(frozen=True)
-class Light:
-    """The light of a scene, for an integral.
-
-    panorama    (_ROWS, 2 _ROWS, 3) the world's radiance, laid out as in precompute/world_sources/sources.py
-    directions  (n, 3) unit vectors to points of a sun, which the panorama leaves out, and
-    irradiance  (n, 3) of each
-    variance    of the disc of each in rad2, along one axis
-    square      a lamp's middle (3,) and its axes x, y, z as rows (3, 3), or None; its side is LAMP_M"""
-
-    panorama: np.ndarray
-    directions: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
-    irradiance: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
-    variance: float = 0.0
-    square: tuple[np.ndarray, np.ndarray] | None = None
-
-    def of_lamp(self, directions: np.ndarray, position: np.ndarray, blur: float) -> np.ndarray:
-        """The lamp's radiance (n,) from directions (n, 3) at a position (3,); its edge is `blur` radians wide."""
-        middle, axes = self.square
-        x, y, z = (directions @ axis for axis in axes)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            along = ((middle - position) @ axes[2]) / z
-            away = [along * each - (middle - position) @ axis for each, axis in ((x, axes[0]), (y, axes[1]))]
-            inside = [np.clip((LAMP_M / 2 - np.abs(each)) / (along * blur) + 0.5, 0, 1) for each in away]
-        return np.where((z > 0) & (along > 0), inside[0] * inside[1], 0.0) * (LAMP_W / np.pi / LAMP_M**2)
+    def render(self, samples: int, pixels: int | None = None) -> np.ndarray:
+        """Render a square with Cycles; returns the linear picture (rows, columns, 3), row 0 at the top."""
+        render = self.scene.render
+        render.engine, self.scene.cycles.samples = "CYCLES", samples
+        render.resolution_y = render.resolution_x = pixels or self.pixels
+        return rendered(self.scene, self.folder / "picture.exr")
 
 
 def looked_up(panorama: np.ndarray, directions: np.ndarray) -> np.ndarray:
@@ -152,110 +137,6 @@ class Points:
     positions: np.ndarray
     frames: np.ndarray
     views: np.ndarray
-
-
-def build(studio: Worlds, subject: str) -> None:
-    """Build one of SUBJECTS, alone and without a material, and a camera."""
-    import bpy
-    from mathutils import Vector
-
-    from sample_scenes.snake import build_snake
-
-    studio.build()
-    bpy.data.objects.remove(studio.mesh)
-    if subject == "snake":
-        studio.mesh, target, at, angle = build_snake(), (-0.03, -0.05, 0.03), (-0.036, -0.80, 0.69), 5
-    elif subject == "sphere":
-        bpy.ops.mesh.primitive_uv_sphere_add(segments=128, ring_count=64, radius=RADIUS_M)
-        bpy.ops.object.shade_smooth()
-        studio.mesh, target, at, angle = bpy.context.object, (0, 0, 0), (0.0, -0.6, 0.1), 38
-    else:
-        bpy.ops.mesh.primitive_circle_add(vertices=128, radius=RADIUS_M, fill_type="NGON")
-        studio.mesh, target, at, angle = bpy.context.object, (0, 0, 0), (0.06, -0.36, 0.5), 34
-    studio.target = np.array(target, float)
-    camera = studio.scene.camera
-    camera.data.type, camera.data.angle = "PERSP", np.radians(angle)
-    camera.location = at
-    camera.rotation_euler = (Vector(at) - Vector(target)).to_track_quat("Z", "Y").to_euler()
-    if not studio.mesh.material_slots:
-        studio.mesh.data.materials.append(None)
-    cycles = studio.scene.cycles
-    cycles.pixel_filter_type, cycles.filter_width = "GAUSSIAN", 0.01  # Cycles' box is a whole pixel at any width
-
-
-def light_by(studio: Worlds, world: str) -> Light:
-    """Light the scene by one of WORLDS, around its target; returns the light for the integrals."""
-    without_lamps(studio)
-    if world == "area lamp":
-        return _area_lamp(studio)
-    if world == "clear sky":
-        return _clear_sky(studio)
-    panorama = _PAINTED[world](_ROWS)
-    studio.paint(panorama)
-    return Light(panorama)
-
-
-def without_lamps(studio: Worlds) -> None:
-    """Remove all lamps of the scene."""
-    import bpy
-
-    bpy.data.batch_remove([lamp for lamp in bpy.data.objects if lamp.type == "LIGHT"])
-    studio.addon.lighting.update_lamps(studio.scene)
-
-
-def _area_lamp(studio: Worlds) -> Light:
-    import bpy
-    from mathutils import Vector
-
-    studio.world()[1].inputs["Color"].default_value = (0, 0, 0, 1)
-    data = bpy.data.lights.new("Area", "AREA")
-    data.size, data.energy = LAMP_M, LAMP_W
-    lamp = bpy.data.objects.new("Area", data)
-    lamp.location = studio.target + _TO_LAMP
-    lamp.rotation_euler = Vector(_TO_LAMP).to_track_quat("Z", "Y").to_euler()
-    studio.scene.collection.objects.link(lamp)
-    bpy.context.view_layer.update()
-    studio.addon.lighting.update_lamps(studio.scene)
-    return Light(
-        np.zeros((_ROWS, 2 * _ROWS, 3)), square=(np.array(lamp.location), np.array(lamp.matrix_world.to_3x3()).T)
-    )
-
-
-_PAINTED = {"studio": soft_boxes, "overcast sky": overcast, "room": cache(room)}
-
-
-def _clear_sky(studio: Worlds) -> Light:
-    from sample_scenes import stage
-
-    stage.light_by_sky(studio.scene, stage.SUN_AZIMUTH_DEG, stage.SUN_ELEVATION_DEG)
-    return light_of_sky(studio)
-
-
-def light_of_sky(studio: Worlds, rows: int = _ROWS) -> Light:
-    """The light of the scene's Sky Texture: its panorama without the sun's disc, and the disc's light from a closer
-    look."""
-    sky = next(node for node in studio.scene.world.node_tree.nodes if node.type == "TEX_SKY")
-    up, around = sky.sun_elevation, sky.sun_rotation
-    sun = np.array((np.cos(up) * np.sin(around), np.cos(up) * np.cos(around), np.sin(up)))
-    size = sky.sun_size
-    looks = []
-    for disc in (True, False):
-        sky.sun_disc = disc
-        looks.append(studio.look(sun, (_LOOK, _LOOK), (_LOOK_PIXELS, _LOOK_PIXELS)))
-    panorama = studio.look(np.array((1.0, 0, 0)), (np.pi / 2, np.pi), (rows, 2 * rows))
-    sky.sun_disc = True
-    cells = crop_cells(_LOOK_PIXELS, _LOOK, sun)
-    total = ((looks[0] - looks[1]).reshape(-1, 3) * cells.solid_angles[:, None]).sum(axis=0)
-    left = np.cross((0, 0, 1), sun) / np.linalg.norm(np.cross((0, 0, 1), sun))
-    points = []
-    for ring in range(_SUN_RINGS):
-        turn = (np.arange(8 * ring + 4) + 0.5) * 2 * np.pi / (8 * ring + 4)  # in proportion to the ring's area
-        radius = np.tan(size / 2) * (ring + 0.5) / _SUN_RINGS
-        x, y = radius * np.cos(turn)[:, None], radius * np.sin(turn)[:, None]
-        points.append(sun + x * left + y * np.cross(sun, left))
-    directions = np.concatenate(points)
-    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    return Light(panorama, directions, np.repeat(total[None] / len(directions), len(directions), axis=0))
 
 
 def free_points(studio: Worlds, pixels: int, number: int) -> Points:

@@ -14,7 +14,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from laboratory.benchmarks.osl import start_blender
+from laboratory.benchmarks.blender import start_blender
 from precompute.bake.make import bake_to_folder
 from precompute.bake.request import BakeRequest
 from precompute.surface.readers.reader_registry import read_height_map

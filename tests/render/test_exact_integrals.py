@@ -8,7 +8,6 @@ from laboratory.benchmarks import lights
 from laboratory.benchmarks import lights_scenes as scenes
 from laboratory.benchmarks.hemisphere import Surface, directional_albedo, hemisphere
 from laboratory.benchmarks.lights_scenes import Worlds
-from precompute.world_sources.sources import panorama_cells
 
 
 @pytest.fixture
@@ -36,65 +35,8 @@ def test_a_white_world_shows_the_directional_albedo(skin, degrees):
     np.testing.assert_allclose(found, directional_albedo(table, theta), rtol=5e-3)
 
 
-def test_a_small_lamp_is_a_world_of_one_direction(skin):
-    """A Gaussian of light, summed over the hemisphere, equals a lamp of its irradiance and variance."""
-    _, table = skin
-    surface, wr, to = Surface.of(table), np.array((0.28, 0, 0.96)), np.array((0.3, 0, np.sqrt(0.91)))
-    spread = table.sigma_b
-    steps = np.arange(-4, 4.1, 0.25)
-    a, b = (each.ravel()[:, None] for each in np.meshgrid(steps, steps))
-    points = to + spread * (a * (to[2], 0, -to[0]) + b * (0, 1, 0))
-    points /= np.linalg.norm(points, axis=1, keepdims=True)
-    weights = np.exp(-(a**2 + b**2) / 2)
-    lit = sum(surface.lit(points, wr, np.repeat(weights / weights.sum(), 3, axis=1)))
-
-    def shine(directions):
-        return np.exp(2 * (directions @ to - 1) / (2 * spread**2)) / (2 * np.pi * spread**2)
-
-    wi, mirrored = surface.mirrored(wr)
-    found = shine(surface.directions) @ surface.scattered(wr) + shine(wi) @ mirrored
-    # The grid resolves a product of two Gaussians of the kernel's width to 2 exp(-pi^2 / 1.44) = 0.002. The points lie
-    # on a plane that touches the sphere: at 2 deviations they are 2 / 3 (2 spread)^2 = 0.003 off in solid angle.
-    # Clamping a colour's smaller components to the gamut is not smooth; the bound is relative to the largest component.
-    np.testing.assert_allclose(found, lit, rtol=0, atol=0.01 * lit.max())
-
-
-def test_a_panorama_is_looked_up_as_cycles_does(studio):
-    """At the centres of a look's pixels, which lie between the world's. Cycles uses single precision."""
-    studio.build()
-    random = np.random.default_rng(3).random((32, 64, 3))
-    studio.paint(random)
-    studio.scene.cycles.pixel_filter_type, studio.scene.cycles.filter_width = "GAUSSIAN", 0.01
-    seen = studio.look(np.array((1.0, 0, 0)), (np.pi / 2, np.pi), (21, 34))
-    found = scenes.looked_up(random, panorama_cells(21, 34).directions).reshape(seen.shape)
-    # A sample is up to a hundredth of a pixel off centre: 0.02 of a pixel of the world.
-    np.testing.assert_allclose(seen, found, atol=0.03)
-
-
-def test_the_sun_of_the_sky_is_what_the_probe_finds(studio):
-    """Two ways to find the same sun. The probe is accurate to 2 %."""
-    scenes.build(studio, "sphere")
-    light = scenes.light_by(studio, "clear sky")
-    source = studio.addon.world_probe.fit_of(studio.scene.world, studio.scene, 4).sources[0]
-    assert light.directions @ source.direction == pytest.approx(1, abs=1e-4)
-    np.testing.assert_allclose(light.irradiance.sum(axis=0), source.irradiance, rtol=0.05)
-    assert light.panorama.max() < 0.01 * light.irradiance.sum() / 6e-5, "the disc is not in the panorama"
-
-
-def test_the_lamp_fills_its_solid_angle(studio):
-    """A square of side 1 seen from 1 m straight before it: 4 asin(1 / 5) steradians."""
-    scenes.build(studio, "disc")
-    light = scenes.light_by(studio, "area lamp")
-    cells = panorama_cells(400, 800)
-    seen = light.of_lamp(cells.directions, studio.target, 0.01) @ cells.solid_angles
-    assert seen == pytest.approx(10 * 4 * np.arcsin(0.2), rel=2e-3)
-    assert studio.addon.follow.lamp_count(studio.scene) == 1
-    scenes.light_by(studio, "overcast sky")
-    assert studio.addon.follow.lamp_count(studio.scene) == 0
-
-
 def test_points_have_places_frames_and_views(studio):
-    scenes.build(studio, "sphere")
+    studio.build("sphere")
     points = scenes.free_points(studio, 16, 40)
     assert len(points.positions) == len(points.pixels[0]) == 40
     # A facet of the 128 x 64 sphere lies up to 1 - cos(pi / 128) inside it.
@@ -112,7 +54,7 @@ def test_what_is_hidden_is_taken_last(studio):
     """On a plane before a wall, the points away from the wall come first."""
     import bpy
 
-    scenes.build(studio, "disc")
+    studio.build("sphere")
     mesh = bpy.data.meshes.new("corner")
     corners = [(-1, -1, 0), (1, -1, 0), (1, 0.1, 0), (-1, 0.1, 0), (1, 0.1, 0.3), (-1, 0.1, 0.3)]
     mesh.from_pydata(corners, [], [(0, 1, 2, 3), (3, 2, 4, 5)])
@@ -129,7 +71,7 @@ def test_what_is_hidden_is_taken_last(studio):
 
 def test_faces_that_no_point_is_on_are_black(studio):
     """They take no time, and where the mesh reflects itself it is dark, as in the integrals."""
-    scenes.build(studio, "sphere")
+    studio.build("sphere")
     points = scenes.free_points(studio, 16, 5)
     material, _ = studio.material(studio.bake, "LAMPS")
     studio.mesh.material_slots[0].material = material
@@ -152,9 +94,9 @@ def test_equal_pictures_do_not_differ():
 @pytest.mark.night("test_a_white_world_shows_the_directional_albedo")
 def test_an_overcast_sphere_is_its_integral(studio, skin):
     """Render and integral share only the table. A thousand samples at forty points have a noise of 0.5 %."""
-    scenes.build(studio, "sphere")
+    studio.build("sphere")
     points = scenes.free_points(studio, 16, 40)
-    sky = {"overcast sky": scenes.light_by(studio, "overcast sky")}
+    sky = {"overcast sky": studio.light_by("overcast sky")}
     scattered, mirrored = lights.integrals(Surface.of(skin[1]), points, sky)["overcast sky"]
     rows = lights.pictures(studio, skin[0], world="overcast sky", size=(16, 1024))
     for _, part, picture in rows:

@@ -70,8 +70,8 @@ def test_the_evaluation_has_a_place_for_every_figure():
 
 def test_the_hard_cases_have_a_place_for_every_figure():
     none = hard_cases.Outcome(refusal="no")
-    page = hard_cases.page([none] * len(hard_cases.CASES), [(hard_cases.CASES[0], "finite")])
-    assert "\n| flat | zeros | refused: no |\n" in page and "| finite |\n<!-- /scenes -->\n" in page
+    page = hard_cases.page([none] * len(hard_cases.CASES))
+    assert "\n| flat | zeros | refused: no |\n" in page
 
 
 def test_the_picture_has_a_place_for_every_figure():

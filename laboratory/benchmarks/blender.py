@@ -1,31 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Colour differences between the thesis's methods in OSL and the node group of the patch model's bake, both rendered by
-Cycles.
-
-    ./dev bench osl [--pixels N] [--shared DIR] [--json FILE|-]
-
-The scene is a plane one metre under the camera and one sun, with one sample in each pixel. The node group's picture is
-compared with its table as precompute reads it, and each shader's picture with the node group's picture. CIEDE2000 is
-taken over the lit pixels, at the exposure that puts the 99th percentile of the second picture's Y at 1.
-"""
+"""Blender with this tree's add-on, for benchmarks and tests: its start, a plane under a camera, colour differences of
+pictures, and the materials of the OSL shaders."""
 
 import math
 import os
-import tempfile
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 
-from devtools import EXTENSION, ROOT
+from devtools import EXTENSION
 from devtools.extension import AddonModules, link_extension
-from precompute.bake.make import Made, make
 from precompute.bake.needs import Needs
-from precompute.bake.request import BakeRequest
-from precompute.cli.arguments import count
-from precompute.cli.parser import OneLineParser
 from precompute.colour.observer import white_xyz
 from precompute.colour.spaces import delta_e_2000, lab, rgb_from_xyz, shown_rgb
 from precompute.measure.errors import COUNTED_Y
@@ -33,22 +20,10 @@ from precompute.methods import dft_images
 from precompute.methods.method_registry import METHODS
 from precompute.optics.brdf import KERATIN_IOR, scattering_factor
 from precompute.optics.region import Region
-from precompute.surface.readers.reader_registry import read_height_map
-from precompute.surface.relief import Relief, prepare
+from precompute.surface.relief import Relief
 from precompute.table.atlas import read_header, write_together
 
-from . import report
-
 _WIDTH_MIN = 0.02
-# Method, wavelength step in nm, texels along each axis. FLSS has the thesis's settings first and finer ones after them.
-RUNS = (
-    ("flss", 5.0, 3),
-    ("flss", 5.0, 5),
-    ("flss", 2.5, 5),
-    ("nmm", 5.0, 3),
-    ("nmm-jacobian", 5.0, 3),
-    ("pq", 5.0, 3),
-)
 
 
 @dataclass(frozen=True)
@@ -202,39 +177,6 @@ def colour_differences(picture: np.ndarray, truth: np.ndarray) -> np.ndarray:
     return delta_e_2000(lab(xyz[lit], white_xyz()), lab(expected[lit], white_xyz()))
 
 
-def compare(addon, relief: Relief, made: Made, view: PlaneView, folder: Path, runs=RUNS) -> Iterator[dict]:
-    """A row for the node group and for each run: its settings, terms and colour differences.
-
-    The shaders have Stam's form, so the node group's picture is multiplied by stam_over_material."""
-    software = view.radiance(made.table.scattered_over_w2)
-    path = folder / "table.exr"
-    write_together({path: (made.image, made.layout)}, {"precision": str(made.image.dtype)})
-    group = addon.making_materials.new_diffraction_group(path, shadows=False, lights="LAMPS")
-    truth = render(addon, group, view, folder / "picture.exr") * view.stam_over_material()
-    yield _row("node group", made.layout.terms, colour_differences(truth, software))
-    for name, step_nm, texels in runs:
-        method = METHODS[name](relief, dft_images.settings_for(step_m=step_nm * 1e-9, texels=texels))
-        path = folder / f"{name}_{step_nm}_{texels}.exr"
-        image, layout = dft_images.pack(method)
-        write_together({path: (image, layout)}, {})
-        response = addon.thesis_methods.build_osl_response(path.stem, path, rgb_from_xyz("Rec.709"))
-        group = addon.skin.group_around(path.stem, response, shadows=False)
-        picture = render(addon, group, view, folder / "picture.exr")
-        path.unlink()
-        yield _row(f"{name}, {step_nm:g} nm, {texels} texels", layout.terms, colour_differences(picture, truth))
-
-
-def _row(how: str, terms: int, differences: np.ndarray) -> dict:
-    percentiles = {f"p{p}": float(np.percentile(differences, p)) for p in (50, 95, 99)}
-    return {"how": how, "terms": terms, "lit": len(differences), **percentiles}
-
-
-def as_text(row: dict) -> str:
-    """A row of compare, for people."""
-    figures = ", ".join(f"p{p} {row[f'p{p}']:.2f}" for p in (50, 95, 99))
-    return f"{row['how']:<31} {row['terms']:>2} terms: dE00 {figures} of {row['lit']} lit"
-
-
 def view_of(pixels: int, field_deg: float, light_uv: tuple[float, float]) -> PlaneView:
     """A picture with light whose tangential components along T and B are light_uv, the plane's frame turned."""
     turn = math.radians(10)
@@ -242,47 +184,3 @@ def view_of(pixels: int, field_deg: float, light_uv: tuple[float, float]) -> Pla
     along = np.array([x, y, math.sqrt(1 - x**2 - y**2)])
     view = PlaneView(pixels, math.radians(field_deg), along, turn)
     return replace(view, to_light=view.frame.T @ along)
-
-
-def main(argv: list[str] | None = None) -> None:
-    """Print a table for the blaze, and for the Elaphe scan where it is there."""
-    parser = OneLineParser(prog="./dev bench osl", description="OSL against the patch's bake.")
-    parser.add_argument("--pixels", type=count(4, 8192), default=48, metavar="N", help="a side; default 48")
-    parser.add_argument("--shared", type=Path, default=ROOT.parent / "shared" / "data", metavar="DIR")
-    parser.add_argument("--only", metavar="NAME", help="one of the surfaces")
-    report.add_json(parser)
-    arguments = parser.parse_args(argv)
-    scan = arguments.shared / "snake" / "elaphe_65um.png"
-    surfaces = {"blazed": ("sample:blazed", None, None), "elaphe": (str(scan), 65.0, 375.0)}
-    # The blaze lights one line of the hemisphere, as wide as its coherence: its first order, seen from near. The scan
-    # lights all of it.
-    views = {
-        "blazed": view_of(arguments.pixels, 12, (-0.22, 0.0)),
-        "elaphe": view_of(arguments.pixels, 50, (0.1, -0.05)),
-    }
-    if not scan.is_file():
-        del surfaces["elaphe"]
-    facts = {}
-    with tempfile.TemporaryDirectory() as folder:
-        addon = start_blender(Path(folder))
-        for surface, source in surfaces.items():
-            if arguments.only not in (None, surface):
-                continue
-            relief, view = prepare(read_height_map(*source)), views[surface]
-            made = make([relief], BakeRequest(delta_e=0.5, needs=needs_of(view), model="patch"))
-            one = facts[surface] = {
-                "tile": made.table.tile,
-                "terms": made.layout.terms,
-                "p99": made.errors.p99,
-                "rows": [],
-            }
-            head = f"{surface}: bake of {one['tile']}, {one['terms']} terms, dE00 p99 {one['p99']:.2f}"
-            report.say(head, arguments.json)
-            for row in compare(addon, relief, made, view, Path(folder)):
-                one["rows"].append(row)
-                report.say(as_text(row), arguments.json)
-    report.write(facts, arguments.json)
-
-
-if __name__ == "__main__":
-    main()
