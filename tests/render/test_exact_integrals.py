@@ -1,19 +1,24 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The integrals and scenes of `./dev bench lights`, with which renders are compared."""
+"""Renders under a world, compared with integrals of the table over the hemisphere: without sources and closures."""
 
+import shutil
+
+import bpy
 import numpy as np
 import pytest
 
-from laboratory.benchmarks import lights
-from laboratory.benchmarks import lights_scenes as scenes
-from laboratory.benchmarks.hemisphere import Surface, directional_albedo, hemisphere
-from laboratory.benchmarks.lights_scenes import Worlds
+from laboratory.benchmarks.blender import colour_differences
+from laboratory.benchmarks.hemisphere import Surface, directional_albedo, hemisphere, without_mirror
+from precompute.colour.spaces import rgb_from_xyz
+from precompute.table import atlas
+from precompute.table.sample_set import path_beside
+from sample_scenes.panoramas import overcast
+from sample_scenes.relight import paint
 
+from .world_scenes import add_ball, assign, look_at_ball
 
-@pytest.fixture
-def studio(stage, skin):
-    """The benchmark's studio with the stage's add-on and a bake of short coherence."""
-    return Worlds(stage.addon, stage.folder, 16, skin[0])
+PIXELS, SAMPLES = 12, 1024
+LUMINANCE = np.linalg.inv(rgb_from_xyz("Rec.709"))[1]
 
 
 def test_the_hemisphere_has_two_pi():
@@ -35,71 +40,70 @@ def test_a_white_world_shows_the_directional_albedo(skin, degrees):
     np.testing.assert_allclose(found, directional_albedo(table, theta), rtol=5e-3)
 
 
-def test_points_have_places_frames_and_views(studio):
-    studio.build("sphere")
-    points = scenes.free_points(studio, 16, 40)
-    assert len(points.positions) == len(points.pixels[0]) == 40
-    # A facet of the 128 x 64 sphere lies up to 1 - cos(pi / 128) inside it.
-    np.testing.assert_allclose(np.linalg.norm(points.positions, axis=1), scenes.RADIUS_M, rtol=2e-3)
-    normals = points.frames[:, 2]
-    np.testing.assert_allclose(normals, points.positions / scenes.RADIUS_M, atol=0.03)
-    squares = points.frames @ points.frames.transpose(0, 2, 1)
-    np.testing.assert_allclose(squares, np.broadcast_to(np.eye(3), squares.shape), atol=1e-5)
-    to_camera = np.array(studio.scene.camera.location) - points.positions
-    to_camera /= np.linalg.norm(to_camera, axis=1, keepdims=True)
-    np.testing.assert_allclose(np.einsum("nji,nj->ni", points.frames, points.views), to_camera, atol=1e-4)
+def looked_up(panorama, directions):
+    """Values (n, 3) of a panorama (rows, cols, 3) in directions (n, 3), like an Environment Texture with "Linear"."""
+    rows, cols, _ = panorama.shape
+    x = (0.5 - np.arctan2(directions[:, 1], directions[:, 0]) / (2 * np.pi)) * cols - 0.5
+    y = (0.5 + np.arcsin(np.clip(directions[:, 2], -1, 1)) / np.pi) * rows - 0.5
+    left, below = np.floor(x).astype(int), np.clip(np.floor(y).astype(int), 0, rows - 2)
+    across, up = (x - left)[:, None], (y - below)[:, None]
+    bottom, top = (
+        panorama[row, left % cols] * (1 - across) + panorama[row, (left + 1) % cols] * across
+        for row in (below, below + 1)
+    )
+    return bottom * (1 - up) + top * up
 
 
-def test_what_is_hidden_is_taken_last(studio):
-    """On a plane before a wall, the points away from the wall come first."""
-    import bpy
-
-    studio.build("sphere")
-    mesh = bpy.data.meshes.new("corner")
-    corners = [(-1, -1, 0), (1, -1, 0), (1, 0.1, 0), (-1, 0.1, 0), (1, 0.1, 0.3), (-1, 0.1, 0.3)]
-    mesh.from_pydata(corners, [], [(0, 1, 2, 3), (3, 2, 4, 5)])
-    mesh.uv_layers.new(name="UVMap")
-    mesh.materials.append(None)
-    bpy.data.objects.remove(studio.mesh)
-    studio.mesh = bpy.data.objects.new("corner", mesh)
-    studio.scene.collection.objects.link(studio.mesh)
+def points_of_ball(ball, camera):
+    """The rows and columns (n,) of pixels that show the ball of radius 1 in the origin, and there the tangent frames
+    (n, 3, 3), T, B and N in rows, and the unit vectors to the camera (n, 3) in these frames."""
     bpy.context.view_layer.update()
-    away = scenes.free_points(studio, 16, 1000).positions
-    floor = away[away[:, 2] < 1e-3]
-    assert floor[:10, 1].max() < floor[-10:, 1].min()
-
-
-def test_faces_that_no_point_is_on_are_black(studio):
-    """They take no time, and where the mesh reflects itself it is dark, as in the integrals."""
-    studio.build("sphere")
-    points = scenes.free_points(studio, 16, 5)
-    material, _ = studio.material(studio.bake, "LAMPS")
-    studio.mesh.material_slots[0].material = material
-    faces = studio.mesh.data.polygons
-    lit = [face for face in faces if face.material_index == 0]
-    assert len(lit) == 5
-    middles = np.array([face.center for face in lit])
-    apart = np.linalg.norm(points.positions[:, None] - middles, axis=-1).min(axis=1)
-    assert apart.max() < 2 * np.pi * scenes.RADIUS_M / 64  # half a face's diagonal is less
-
-
-def test_equal_pictures_do_not_differ():
-    expected = np.random.default_rng(1).random((50, 3))
-    row = lights.compared(np.stack([expected, expected]), expected)
-    assert row["de_median"] == row["de_p95"] == row["noise"] == 0 and row["light"] == pytest.approx(1)
-    brighter = lights.compared(np.stack([expected * 1.1] * 2), expected)
-    assert brighter["light"] == pytest.approx(1.1) and brighter["de_median"] > 0.5
+    side = (np.arange(PIXELS) + 0.5) / PIXELS * 2 - 1
+    x, y = np.meshgrid(side, -side)
+    ray = (
+        np.stack([x, y, np.full_like(x, -1 / np.tan(camera.data.angle / 2))], axis=-1)
+        @ np.array(camera.matrix_world.to_3x3()).T
+    )
+    ray /= np.linalg.norm(ray, axis=-1, keepdims=True)
+    start = np.array(camera.location)
+    along = -(ray @ start)
+    beneath = along**2 - start @ start + 1
+    n = start + (along - np.sqrt(np.maximum(beneath, 0)))[..., None] * ray
+    seen = (beneath > 0) & (-(ray * n).sum(axis=-1) > 0.1)
+    n, to_camera = n[seen], -ray[seen]
+    ball.data.calc_tangents()
+    loop = ball.data.loops[len(ball.data.loops) // 2]
+    at = ball.data.vertices[loop.vertex_index].co
+    side = np.sign(loop.tangent.x * -at.y + loop.tangent.y * at.x)  # the way in which U runs around the ball
+    t = side * np.stack([-n[:, 1], n[:, 0], 0 * n[:, 0]], axis=1)
+    t /= np.linalg.norm(t, axis=1, keepdims=True)
+    frames = np.stack([t, np.cross(n, t), n], axis=1)
+    return np.nonzero(seen), frames, np.einsum("nij,nj->ni", frames, to_camera)
 
 
 @pytest.mark.night("test_a_white_world_shows_the_directional_albedo")
-def test_an_overcast_sphere_is_its_integral(studio, skin):
-    """Render and integral share only the table. A thousand samples at forty points have a noise of 0.5 %."""
-    studio.build("sphere")
-    points = scenes.free_points(studio, 16, 40)
-    sky = {"overcast sky": studio.light_by("overcast sky")}
-    scattered, mirrored = lights.integrals(Surface.of(skin[1]), points, sky)["overcast sky"]
-    rows = lights.pictures(studio, skin[0], world="overcast sky", size=(16, 1024))
-    for _, part, picture in rows:
-        row = lights.compared(picture[:, *points.pixels], scattered + mirrored if part == "whole" else scattered)
-        assert row["light"] == pytest.approx(1, abs=0.03), (part, row)
-        assert row["de_median"] < 2, (part, row)
+@pytest.mark.parametrize("part", ["whole", "scattered"])
+def test_an_overcast_ball_is_its_integral(stage, skin, part):
+    """Render and integral share only the table. The random order's noise is below 1 %."""
+    path, table = skin
+    if part == "scattered":
+        path, whole, table = stage.folder / "scattered.exr", path, without_mirror(table)
+        image, layout = atlas.pack(table)
+        atlas.write_together({path: (image, layout)}, {"precision": str(image.dtype)})
+        shutil.copyfile(path_beside(whole), path_beside(path))
+    stage.filter = "GAUSSIAN", 0.01  # Cycles' box is a whole pixel at any width, and mixes in what is beside the ball
+    panorama = overcast(128)
+    paint(stage.scene, panorama)
+    add_ball()
+    look_at_ball(stage)
+    assign(stage, path, "REST")
+    pixels, frames, views = points_of_ball(bpy.context.object, stage.scene.camera)
+    assert len(views) > 30
+    surface, expected = Surface.of(table), []
+    for frame, wr in zip(frames, views, strict=True):
+        wi, mirrored = surface.mirrored(wr)
+        scattered = looked_up(panorama, surface.directions @ frame) * surface.scattered(wr)
+        expected.append(scattered.sum(axis=0) + (looked_up(panorama, wi @ frame) * mirrored).sum(axis=0))
+    found, expected = stage.rgb("cycles", PIXELS, SAMPLES)[pixels], np.array(expected)
+    assert (found @ LUMINANCE).sum() == pytest.approx((expected @ LUMINANCE).sum(), rel=0.03)
+    assert np.median(colour_differences(found, expected)) < 2
