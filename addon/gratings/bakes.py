@@ -52,8 +52,8 @@ def is_asked_otherwise(grating: Grating) -> bool:
         return True
 
 
-def is_asked_by_earlier_version(grating: Grating) -> bool:
-    """Whether an earlier version of the extension made the grating's bake: a request had fewer settings then."""
+def is_asked_by_other_version(grating: Grating) -> bool:
+    """Whether another version of the extension made the grating's bake: its request has other settings."""
     try:
         before, now = json.loads(grating.asked), json.loads(_settings(grating.bake_request()))
     except (ValueError, GratingError):  # unknown, or damaged

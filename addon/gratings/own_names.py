@@ -41,10 +41,7 @@ def own_name(grating: bpy.types.PropertyGroup) -> str:
 
 def follow_name(grating: Any) -> None:
     """Rename the grating's material and node group after it, unless an artist renamed them or they are linked."""
-    group, material = grating.group, grating.material
-    if None not in (group, material) and _OWN not in group and is_own(material) and group.name == material.name:
-        note_own(group)  # earlier versions marked materials only
-    for made in (group, material):
+    for made in (grating.group, grating.material):
         if made is not None and made.library is None and made.override_library is None and is_own(made):
             _rename(made, own_name(grating))
 

@@ -42,7 +42,7 @@ PROPERTIES = ("place", "power", "z", "x")
 ON = "on"
 # The row of a lamp in the table of lamps; absent for a lamp that is white for certain.
 SPECTRUM = "spectrum"
-# The number of lamps in files of earlier versions.
+# Lamps are numbered from 0 to 7, then left-out lamps, then the other lamps.
 _LAMPS_BEFORE = 8
 # Shapes of area lamps that are not round.
 _SQUARES = {"SQUARE", "RECTANGLE"}
@@ -54,8 +54,7 @@ _AREA_RIM, _ROUND_RIM, _NO_RIM = ("3", "2"), ("3", "2.5"), ("-3", "-2")
 def property_name(index: int, what: str) -> str:
     """The name of a lamp's property. Indices from LAMPS_MAX on are of lamps that the artist leaves out.
 
-    Saved .blend files contain these names, so they must not change. Earlier versions had eight lamps and eight left-out
-    ones, with the numbers 0 to 15."""
+    Saved .blend files contain these names, so they must not change."""
     if index >= LAMPS_MAX:
         number = index - LAMPS_MAX + _LAMPS_BEFORE
     else:

@@ -16,28 +16,26 @@ from ..lamps.sky import SOURCES_MAX
 
 # LAMPS: for each lamp, whether light linking excludes it for some object. SHADOWS: whether shadow rays are traced.
 LAMPS, SHADOWS = "ng_keys", "ng_shadows"
-# Which lights are shown. Groups from earlier versions lack it and show lamps only.
+# Which lights are shown.
 LIGHTS = "ng_lights"
-# The number of lamps that the artist leaves out of a scene. Groups from earlier versions lack it: they have none.
+# The number of lamps that the artist leaves out of a scene.
 LEFT_OUT = "ng_left_out"
-# For each lamp, whether it is an area lamp in some scene, up to the last that is. Groups from earlier versions lack it:
-# their area lamps are round Gaussians.
+# For each lamp, whether it is an area lamp in some scene, up to the last that is.
 AREAS = "ng_areas"
 # For each lamp, whether it may have another spectrum than white in some scene, up to the last that may; and whether a
-# source of a world may. Groups from earlier versions lack both, and take all light for white.
+# source of a world may.
 SPECTRA, SOURCE_SPECTRA = "ng_spectra", "ng_source_spectra"
 # The number of world sources available to the group.
 SOURCES = "ng_sources"
-# The number of sources that the group reads, and the bytes of its constants. Groups from earlier versions lack both:
-# they read all sources, and their constants were not counted.
+# The number of sources that the group reads, and the bytes of its constants.
 READ, CONSTANTS = "ng_sources_read", "ng_constants"
-# The source of the tangent. Groups from earlier versions lack it and use the default.
+# The source of the tangent.
 FRAME = "ng_frame"
 # How the grating varies over the surface.
 VARIATION = "ng_variation"
-# Whether the footprint of a pixel is used. Groups from earlier versions lack it and do not use it.
+# Whether the footprint of a pixel is used.
 FOOTPRINT = "ng_footprint"
-# Whether each sample answers to every lamp, however many there are. Groups from earlier versions lack it.
+# Whether each sample answers to every lamp, however many there are.
 EVERY_LAMP = "ng_every_lamp"
 
 

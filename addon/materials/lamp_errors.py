@@ -26,7 +26,7 @@ def note_lamp_errors(group: bpy.types.NodeTree, light: str, errors: Mapping[str,
 
 
 def _stated(group: bpy.types.NodeTree) -> dict[str, tuple[float, float]]:
-    """The errors by lamp; empty if a group of an earlier version has none, or if they were edited."""
+    """The errors by lamp; empty if there are none, or if they were edited."""
     try:
         record = json.loads(stored.text(group, _ERRORS, "{}"))
         return {str(lamp): (float(mean), float(p95)) for lamp, (mean, p95) in record.items() if math.isfinite(p95)}

@@ -14,7 +14,7 @@ from ..nodes.interface import has_parts
 from .group_properties import is_diffraction, variation_of
 from .pictures import fault_in
 from .response import Response, further_responses, is_response, own_trees, response_in, trees_at
-from .skin import FAULT, REMEDY, is_of_earlier_version, is_outdated, is_whole, refill
+from .skin import is_outdated, is_whole, refill
 
 _DELETED = "a node group in it was deleted"
 _OUTDATED = "another version of Blender saved its shadows"
@@ -61,23 +61,17 @@ def lost(groups: Iterable[bpy.types.NodeTree]) -> list[str]:
 
 
 def faults_of(groups: Iterable[bpy.types.NodeTree]) -> list[GratingError]:
-    """One error for each Diffraction group with missing parts, or made by an earlier version of the extension."""
+    """One error for each Diffraction group with missing parts."""
     faults = []
     for group in filter(is_diffraction, groups):
         own, others = lost_of_own(group) or lost_of_nodes(group), lost_of_others(group)
-        is_earlier = is_of_earlier_version(group)
         if own or others:
             remedy = "press Mend Materials" if own or others != _DELETED else "choose its Variation again"
-            if is_earlier and lost_of_own(group):  # this version cannot read its bake
-                remedy = REMEDY
             if group.library is not None:
                 # Repairing it in its own file would restore the shadows of that other Blender version.
                 file = group.library.filepath
                 remedy = f"make it local, as {file} cannot be changed" if own == _OUTDATED else f"mend it in {file}"
             faults.append(GratingError(group.name, own or others, remedy))
-        elif is_earlier:
-            remedy = REMEDY if group.library is None else f"renew it in {group.library.filepath}"
-            faults.append(GratingError(group.name, FAULT, remedy))
     return faults
 
 

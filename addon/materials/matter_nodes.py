@@ -78,7 +78,7 @@ def _squared_ratio(tree: Tree, a: Value, b: Value) -> Value:
 
 
 # Whether nothing is seen through the matter, the index of refraction of the plate over the relief, and the colours of a
-# smooth surface at _COSINES. Groups from earlier versions lack the colours: their base has Fresnel's share.
+# smooth surface at _COSINES. A dielectric has no such colours.
 _OPAQUE, _PLATE, _COLOURS = "ng_opaque", "ng_plate", "ng_smooth"
 # The cosines of a curve's stops, closer where it is steep. Blender's Color Ramp has at most 32 stops, and a table of
 # 256 colours. Both together err by less than 0.01, except at the sharp edges of stacks of more than 20 layers (0.02).

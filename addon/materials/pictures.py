@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The pictures that responses read, and checks whether an artist deleted, exchanged, edited or unpacked them.
 
-Each picture stores what it was made from, and each node group stores this for its pictures. Files of earlier versions
-lack these properties; then only faults visible without them are found."""
+Each picture stores what it was made from, and each node group stores this for its pictures."""
 
 import hashlib
 from pathlib import Path

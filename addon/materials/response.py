@@ -224,7 +224,7 @@ class Response:
 
     @property
     def tells_likely(self) -> bool:
-        """Whether it can tell about how much light it sends. Groups from earlier versions cannot."""
+        """Whether it can tell about how much light it sends."""
         return has_sockets(self.group, (), RADIANCES) or self.is_spectral
 
     def likely(self, tree: Tree, question: Mapping[Socket, Operand], *, number: int = 1) -> Value:

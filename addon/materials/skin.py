@@ -24,11 +24,6 @@ first, are left to the closures, in Cycles too.
 
 skin_nodes.py makes the nodes.
 
-Diffraction groups in .blend files that an earlier version of the extension saved.
-
-Their responses have one input more, "Energy Conserving". This version cannot read their bakes. But the .blend holds
-their nodes and pictures, so such a response stays as it was saved until a new bake replaces it.
-
 The lights that the scenes of the file hold, for Diffraction groups, which all scenes share."""
 
 import math
@@ -43,7 +38,6 @@ from ..gratings.grating import LAMPS_ONLY, REST, Variation
 from ..lamps.follow import coloured_lamps, followed_lamps, is_linked, lamp_count, left_out_count
 from ..lamps.sky import coloured_sources, source_count
 from ..nodes.interface import (
-    INPUT,
     ROOM,
     Socket,
     add_interface,
@@ -52,7 +46,6 @@ from ..nodes.interface import (
     has_sockets,
     note_parts,
     restore_interface,
-    sockets_of,
 )
 from . import group_properties
 from .group_properties import (
@@ -78,41 +71,10 @@ from .response import (
     ROUGHNESS,
     Response,
     further_responses,
-    is_response,
     response_in,
     responses_in,
 )
 from .shadow import is_of_other_version
-
-FAULT = "made by an earlier version of this extension, and shown as saved"
-REMEDY = "to renew it, press Bake Grating, then Assign to Selected"
-_INPUT = "Energy Conserving"
-
-
-def is_of_earlier_version(group: bpy.types.NodeTree) -> bool:
-    """Whether an earlier version made a Diffraction group, or a response in it."""
-    return bool(_own_inputs(group) or _earlier(group))
-
-
-def keep_earlier_input(group: bpy.types.NodeTree) -> None:
-    """Link the earlier responses in a refilled Diffraction group to the group's own input, so that they show as before.
-    If a new bake has replaced all of them, remove the input."""
-    earlier = _earlier(group)
-    if earlier and _own_inputs(group):
-        (given,) = (node.outputs[_INPUT] for node in group.nodes if node.type == "GROUP_INPUT")
-        for node in earlier:
-            group.links.new(given, node.inputs[_INPUT])
-        return
-    for item in _own_inputs(group):
-        group.interface.remove(item)
-
-
-def _earlier(group: bpy.types.NodeTree) -> list[bpy.types.Node]:
-    return [node for node in group.nodes if is_response(node) and _INPUT in node.inputs]
-
-
-def _own_inputs(group: bpy.types.NodeTree) -> list[bpy.types.NodeTreeInterfaceSocket]:
-    return [item for item in sockets_of(group, INPUT) if item.name == _INPUT]
 
 
 def lamps_of_file() -> list[bool]:
@@ -284,7 +246,6 @@ def fill_group(
         # One source takes at most its share of the constants, so this removes no more sources than necessary.
         read -= min(read, math.ceil(excess / held * (len(lamps) + read)))
     group[group_properties.READ], group[group_properties.CONSTANTS] = read, held
-    keep_earlier_input(group)
     arrange(group)
     note_parts(group)
 

@@ -21,7 +21,7 @@ from ..blender import compat
 from ..blender.guard import guarded
 from ..blender.session import STILL, change_count, has_window, redraw_views, seconds_until_still
 from ..direction.uv_maps import has_uv_map
-from ..gratings.bakes import is_asked_by_earlier_version, is_asked_otherwise
+from ..gratings.bakes import is_asked_by_other_version, is_asked_otherwise
 from ..gratings.direction_source import AXIS
 from ..gratings.grating import ALL, LAMPS_ONLY, NO_SAMPLE_SET, Grating, Variation
 from ..gratings.wording import counted, marked, translated
@@ -301,8 +301,8 @@ def _outdated(grating: Grating) -> str:
         return marked("The file of its bake is gone")
     if not is_asked_otherwise(grating):
         return ""
-    if is_asked_by_earlier_version(grating):
-        return marked("Baked by an earlier version of the extension")
+    if is_asked_by_other_version(grating):
+        return marked("Baked by another version of the extension")
     return marked("Settings changed since this bake")
 
 

@@ -138,7 +138,7 @@ def adopt(scene: bpy.types.Scene) -> list[GratingError | str]:
 
 
 def _of_same_bake(scene: bpy.types.Scene, group: bpy.types.NodeTree) -> Grating | None:
-    """The scene's grating with a group's bake, or None. Groups of earlier versions do not record their bake."""
+    """The scene's grating with a group's bake, or None."""
     bake = made_from(own_trees(group)[0])
     for grating in scene.natural_gratings.items if bake else ():
         if grating.own_group is not None and made_from(own_trees(grating.group)[0]) == bake:
@@ -163,7 +163,7 @@ def _new_grating(scene: bpy.types.Scene, group: bpy.types.NodeTree) -> Grating:
     name = unused_name(name_in(group), {grating.name for grating in gratings.items})
     grating = gratings.items.add()
     grating.name, grating.bake_path = name, path
-    with contextlib.suppress(GratingError):  # a bake of an earlier version; its pictures still show it
+    with contextlib.suppress(GratingError):  # a bake of another version; its pictures still show it
         take_bake(grating, path)  # before the grating has its group, which this would make anew
     tree, _ = own_trees(group)
     grating.for_scene = tree is not None and noted_region(tree) is not None

@@ -10,7 +10,6 @@ Removing diffraction from objects, without changing other objects."""
 import bpy
 
 from ...precompute.base.failure import GratingError
-from ..blender import stored
 from ..direction.seams import seam_warning
 from ..gratings.grating import Grating, active_grating
 from ..gratings.own_names import is_own
@@ -60,9 +59,8 @@ class Selection:
 def own_materials() -> set[bpy.types.Material]:
     """The materials that were made for gratings."""
     items = (grating for scene in bpy.data.scenes for grating in scene.natural_gratings.items)
-    # Earlier versions did not mark the materials.
-    of_gratings = {grating.material for grating in items if grating.material is not None}
-    return of_gratings | {material for material in bpy.data.materials if is_own(material)}
+    renamed = {grating.material for grating in items if grating.material is not None}
+    return renamed | {material for material in bpy.data.materials if is_own(material)}
 
 
 def note_replaced(thing: bpy.types.Object, index: int) -> None:
@@ -76,24 +74,18 @@ def note_replaced(thing: bpy.types.Object, index: int) -> None:
 
 def was_replaced(thing: bpy.types.Object, index: int) -> bool:
     """Whether the slot shows a grating's own material and its former material is recorded."""
-    is_noted = _replaced(index) in thing or any(each.slot == index for each in replaced_on(thing))
+    is_noted = any(each.slot == index for each in replaced_on(thing))
     return is_noted and thing.material_slots[index].material in own_materials()
 
 
 def take_replaced(thing: bpy.types.Object, index: int) -> bpy.types.Material | None:
     """Remove and return the record of a slot's former material; None if the slot was empty or the material is gone."""
-    material = stored.block(thing, _replaced(index), bpy.types.Material)
-    thing.pop(_replaced(index), None)
+    material = None
     for former in replaced_on(thing):
         if former.slot == index:
             material = former.material
             former.slot, former.material = FREE, None
     return material
-
-
-def _replaced(index: int) -> str:
-    """The object's custom property that recorded a slot's former material in earlier versions."""
-    return f"ng_replaced_{index}"
 
 
 def assign_to_meshes(scene: bpy.types.Scene, objects: list[bpy.types.Object]) -> list[str]:

@@ -93,7 +93,7 @@ def group_of(scene: bpy.types.Scene, grating: Grating) -> bpy.types.NodeTree:
     elif lost_of_nodes(group):
         refill(group, responses_in(group))
     set_up(grating.group, **grating.settings())
-    follow_name(grating)  # a file saved by an earlier version may hold an old name
+    follow_name(grating)
     keep_exact_normals(scene)
     return grating.group
 

@@ -26,7 +26,6 @@ from precompute.cli.parser import OneLineParser
 from ..speed.surfaces import SHARED, SKINS
 from . import report
 from .hard_cases import PIXEL_M, skin
-from .hostile.instruments import gsf
 
 DELTA_ES = (1.0, 0.3)
 _SIDE = 256
@@ -107,8 +106,16 @@ def files() -> dict[str, bytes]:
         "relief of 450 nm": skin(_SIDE, _SIDE, 450e-9),
         "64 x 64 pixels": skin(64, 64, 200e-9),
     }
-    strip = gsf(skin(64, 512, 200e-9)[:, ::2], PIXEL_M, across=2)
-    return {"strip of oblong pixels": strip, **{name: gsf(height, PIXEL_M) for name, height in square.items()}}
+    strip = _gsf(skin(64, 512, 200e-9)[:, ::2], across=2)
+    return {"strip of oblong pixels": strip, **{name: _gsf(height) for name, height in square.items()}}
+
+
+def _gsf(height: np.ndarray, across: int = 1) -> bytes:
+    """A Gwyddion Simple Field of heights in metres, whose pixels are `across` times as wide as high."""
+    rows, cols = height.shape
+    sides = f"XReal = {across * cols * PIXEL_M!r}\nYReal = {rows * PIXEL_M!r}\nXYUnits = m\nZUnits = m\n"
+    header = f"Gwyddion Simple Field 1.0\nXRes = {cols}\nYRes = {rows}\n{sides}".encode()
+    return header + bytes(4 - len(header) % 4) + height.astype("<f4").tobytes()
 
 
 def surfaces(folder: Path) -> Iterator[Surface]:
@@ -150,7 +157,7 @@ def _surely(errors: dict) -> float:
 
 def _run(*arguments: str) -> dict | str:
     """The JSON of a command, or its line of refusal."""
-    command = [sys.executable, "-m", "precompute", *arguments, "--json", "-"]
+    command = [sys.executable, "-m", "laboratory", *arguments, "--json", "-"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     return json.loads(done.stdout) if done.returncode == 0 else done.stderr.strip().splitlines()[-1]
 

@@ -4,8 +4,8 @@
     ./dev bench evaluation [--output docs] [--shared DIR] [--json FILE|-]
 
 DIR is the folder of real scans, by default shared/data beside the repository. Where it exists, the scans of Elaphe and
-Xenopeltis are used, our maps are held against the thesis's, and sheets that show both are written to
-OUTPUT/thesis_comparison, which is not committed. Where it does not exist, sample surfaces take the place of the scans.
+Xenopeltis are used, and our maps are held against the thesis's. Where it does not exist, sample surfaces take the place
+of the scans.
 """
 
 import time
@@ -22,10 +22,10 @@ from precompute.methods.method_registry import METHODS
 from precompute.surface.relief import Relief, prepare
 
 from ..speed.surfaces import SKINS
-from ..study import evaluation, evaluation_plot, slits
+from ..study import evaluation, evaluation_plot, slits, terms
 from ..study.colour_comparison import compare_bake
 from ..study.response import FirstOrder
-from . import evaluation_page, report, terms
+from . import evaluation_page, report
 from .evaluation_maps import PIXELS, Map, groups
 from .evaluation_rows import (
     THESIS_PERIODS_M,
@@ -36,7 +36,7 @@ from .evaluation_rows import (
     patch_spread,
     xenopeltis_rows,
 )
-from .evaluation_sheets import agreements, response_sheets, sheets
+from .evaluation_sheets import agreements
 from .evaluation_surfaces import flss_about_mean, height_maps, reliefs
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -92,15 +92,14 @@ def main(argv: list[str] | None = None) -> None:
         "xenopeltis": xenopeltis_rows(surfaces["xenopeltis"]),
     }
     bakes = {}
-    plots = {}
     for name, rows in tables.items():
         azimuth = 90 if name == "xenopeltis" else 180
         relief = prepare(evaluation.turned(surfaces[name], azimuth))
         bakes[name] = compare_bake(relief, Settings(), FirstOrder(THETA_I, rows[0].evaluation.expected_m))
         plain = [row.evaluation for row in rows if row.label in METHODS]
-        plots[name] = images / f"response-{name}.png"
-        evaluation_plot.plot(plots[name], plain)
-        save_small(Image.open(plots[name]), plots[name])
+        plot = images / f"response-{name}.png"
+        evaluation_plot.plot(plot, plain)
+        save_small(Image.open(plot), plot)
         report.say(f"  {name} evaluated, {time.perf_counter() - started:.0f} s", arguments.json)
     wanted = groups()
     draw_maps(wanted, reliefs(surfaces), images, arguments.json)
@@ -120,11 +119,6 @@ def main(argv: list[str] | None = None) -> None:
     save_small(Image.open(images / "terms.png"), images / "terms.png")
     slits.plot(images / "slits.png")
     (arguments.output / "evaluation.md").write_text(evaluation_page.text(facts, wanted))
-    if (arguments.shared / "thesis_figures").is_dir():
-        comparison = arguments.output / "thesis_comparison"
-        sheets(wanted, images, arguments.shared, comparison)
-        thesis_names = {"blazed": "blaze", "elaphe": "elaphe", "xeno": "xenopeltis"}
-        response_sheets({name: plots[ours] for name, ours in thesis_names.items()}, arguments.shared, comparison)
     seconds = time.perf_counter() - started
     report.say(f"{arguments.output / 'evaluation.md'}: {seconds:.0f} s", arguments.json)
     report.write({**facts.as_dict(), "seconds": seconds}, arguments.json)

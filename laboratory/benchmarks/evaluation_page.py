@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..study import terms
 from ..study.pages import filled, table
-from . import terms
 from .evaluation_sheets import Agreement
 
 COLUMNS = 4

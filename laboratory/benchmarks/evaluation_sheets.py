@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The thesis's pictures beside ours: sheets to look at, and a figure of agreement."""
+"""How well our maps agree with the thesis's pictures."""
 
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from PIL import Image, ImageDraw
+from PIL import Image
 
-from .evaluation_maps import PIXELS, Map
+from .evaluation_maps import Map
 
 # The share of a thesis's picture, from its edge, at which the disc of views begins: 19 of 800 pixels.
 DISC_MARGIN = 19 / 800
@@ -64,25 +64,6 @@ def ranks(values: np.ndarray) -> np.ndarray:
     return (np.cumsum(counts) - (counts - 1) / 2)[which.ravel()]
 
 
-def sheets(wanted: dict[str, list[Map]], images: Path, shared: Path, folder: Path) -> None:
-    """Write a sheet for each section that has pictures of the thesis, our maps above those of the thesis."""
-    folder.mkdir(parents=True, exist_ok=True)
-    figures = shared / "thesis_figures"
-    for name, group in wanted.items():
-        pairs = [one for one in group if one.thesis and (figures / f"{one.thesis}.png").exists()]
-        if not pairs:
-            continue
-        sheet = Image.new("RGB", (len(pairs) * (PIXELS + 8), 2 * (PIXELS + 20)), "white")
-        draw = ImageDraw.Draw(sheet)
-        for k, one in enumerate(pairs):
-            left = k * (PIXELS + 8)
-            sheet.paste(Image.open(images / f"{one.name}.png").convert("RGB"), (left, 0))
-            sheet.paste(disc(figures / f"{one.thesis}.png", PIXELS), (left, PIXELS + 20))
-            draw.text((left + 4, PIXELS + 2), f"ours: {one.caption}", fill="black")
-            draw.text((left + 4, 2 * PIXELS + 22), one.thesis.removeprefix("brdfmap__"), fill="black")
-        sheet.save(folder / f"{name}.png")
-
-
 def disc(path: Path, pixels: int) -> Image.Image:
     """The disc of views of a picture of the thesis, over white, resized to a square."""
     picture = Image.open(path).convert("RGBA")
@@ -91,19 +72,3 @@ def disc(path: Path, pixels: int) -> Image.Image:
     margin = round(DISC_MARGIN * picture.width)
     inner = white.convert("RGB").crop((margin, margin, picture.width - margin, picture.height - margin))
     return inner.resize((pixels, pixels), Image.Resampling.BOX)
-
-
-def response_sheets(plots: dict[str, Path], shared: Path, folder: Path) -> None:
-    """Write sheets with our response plots above those of the thesis for the same surface."""
-    for name, plot in plots.items():
-        theirs = sorted((shared / "thesis_figures").glob(f"evaluation__verification__*_{name}.png"))
-        if not theirs:
-            continue
-        ours = Image.open(plot).convert("RGB")
-        pictures = [Image.open(path).convert("RGB").resize((512, 325)) for path in theirs]
-        sheet = Image.new("RGB", (max(ours.width, 520 * len(pictures)), ours.height + 345), "white")
-        sheet.paste(ours, (0, 0))
-        for k, picture in enumerate(pictures):
-            sheet.paste(picture, (520 * k, ours.height + 20))
-            ImageDraw.Draw(sheet).text((520 * k + 4, ours.height + 4), theirs[k].stem, fill="black")
-        sheet.save(folder / f"response-{name}.png")

@@ -30,7 +30,7 @@ from precompute.surface.samples.ruled_gratings import sinusoidal
 from precompute.table.table import Table
 
 from ..study.pages import filled, table
-from . import hard_scenes, report
+from . import report
 from .hard_directions import (
     ONE_TEXEL,
     anywhere,
@@ -247,12 +247,10 @@ def outcome(case: Case, baker: Baker = as_baked) -> Outcome:
     return Outcome(errors, case.figures(relief, baked) if case.figures else None)
 
 
-def page(outcomes: list[Outcome], scenes: list[tuple[hard_scenes.SceneCase, str]]) -> str:
+def page(outcomes: list[Outcome]) -> str:
     """The text of docs/hard_cases.md."""
     rows = [[case.name, case.asked, each.text] for case, each in zip(CASES, outcomes, strict=True)]
-    in_scenes = [[case.name, case.asked, outcome] for case, outcome in scenes]
-    head = ["case", "asked", "value, error or refusal"]
-    return filled("hard_cases.md", {"cases": table(head, rows), "scenes": table(head, in_scenes)})
+    return filled("hard_cases.md", {"cases": table(["case", "asked", "value, error or refusal"], rows)})
 
 
 def main(argv: list[str] | None = None) -> None:
@@ -265,13 +263,9 @@ def main(argv: list[str] | None = None) -> None:
     for case in CASES:
         outcomes.append(outcome(case))
         report.say(f"{case.name:<42} {case.asked:<52} {outcomes[-1].text}", arguments.json)
-    scenes = hard_scenes.outcomes()
-    for case, text in scenes:
-        report.say(f"{case.name:<42} {case.asked:<52} {text}", arguments.json)
-    arguments.output.write_text(page(outcomes, scenes))
+    arguments.output.write_text(page(outcomes))
     cases = zip(CASES, outcomes, strict=True)
     facts = [{"case": case.name, "asked": case.asked, **each.as_dict()} for case, each in cases]
-    facts += [{"case": case.name, "asked": case.asked, "outcome": text} for case, text in scenes]
     report.write({"cases": facts}, arguments.json)
 
 

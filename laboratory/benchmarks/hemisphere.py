@@ -19,7 +19,6 @@ import numpy as np
 
 from precompute.colour.observer import mirror_xyz
 from precompute.colour.spaces import rgb_from_xyz, shown_rgb
-from precompute.optics.mirror_image import mirror_kernel
 from precompute.table.radiance import lamp_radiance, reflected_xyz, zero_order_reflectance
 from precompute.table.table import Table
 
@@ -55,17 +54,6 @@ class Surface:
     def mirrored(self, wr: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The direction (1, 3) of the mirror image towards a viewer at wr (3,), and what it adds, (1, 3)."""
         return mirror_of(wr)[None], mirror_rgb(self.table, wr)[None]
-
-    def lit(
-        self, wi: np.ndarray, wr: np.ndarray, irradiance: np.ndarray, variance: float = 0.0
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Scattered and mirrored radiance (3,) under lamps at wi (n, 3) of irradiance (n, 3). `variance`, in rad2, is
-        that of each lamp's disc."""
-        above = wi[:, 2] > 0
-        wi, irradiance = wi[above], irradiance[above]
-        scattered = (_answers(self.scattering, wi, wr) * irradiance).sum(axis=0)
-        kernel = mirror_kernel(wi, np.broadcast_to(wr, wi.shape), variance=variance)
-        return scattered, mirror_rgb(self.table, wr) * (kernel @ irradiance)
 
 
 def hemisphere(step: float) -> tuple[np.ndarray, np.ndarray]:

@@ -4,15 +4,13 @@
     ./dev bench picture [--scene hero|macro|cd ...] [--engine cycles|eevee ...] [--width 128]
         [--reference 2048] [--most 60] [--output docs] [--json FILE|-]
 
-The scenes are those of needs.py: a snake from afar, a close-up of scales, a disc; only lamps light their gratings. The
+The scenes are those of studio.py: a snake from afar, a close-up of scales, a disc; only lamps light their gratings. The
 reference is the mean of two renders by Cycles with different random numbers, in which the OSL shader evaluates Direct's
 exact formula with a bake of dE 0.25. Each method takes the same place in the same material. Errors are the CIEDE2000
 over the lit pixels (mean and 95th percentile, at the exposure that puts the 99th percentile of Y at 1), and the mean of
 FLIP (Andersson and others, 2020) at that exposure. Seconds are processor seconds for all samples of a picture. They are
 scaled from the picture with the most samples, minus a picture of a few pixels, which removes compiling and the scene's
 preparation. A method stops once a picture takes more than a quarter of `--most` of these seconds.
-
-The fakes have no absolute brightness. Each is scaled to the reference's light before it is compared.
 """
 
 import argparse
@@ -32,16 +30,14 @@ from precompute.cli.arguments import count, number
 from precompute.cli.parser import OneLineParser
 from precompute.colour.spaces import rgb_from_xyz
 from precompute.methods import dft_images
-from precompute.surface.quality import grating_period
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import prepare
 from precompute.table import atlas
 
 from . import report
-from .lights_fakes import lobes, rainbow_response
-from .needs import SCENES, Scene
-from .osl import colour_differences, direct_shader_response, start_blender, thesis_response
+from .blender import colour_differences, direct_shader_response, start_blender, thesis_response
 from .picture_page import write_page
+from .studio import SCENES, Scene
 
 SAMPLES = (1, 4, 16, 64, 256)
 ENGINES = ("cycles", "eevee")
@@ -59,7 +55,6 @@ class Method:
     wear: Callable[[], None]
     osl: bool = False
     engines: tuple[str, ...] = ENGINES
-    fake: bool = False
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -97,9 +92,7 @@ class Stage:
     """A scene whose only grating is shaded by one method after another."""
 
     def __init__(self, of: Scene):
-        """Measure what the scene needs, and remember its material."""
-        import bpy
-
+        """Measure what the scene needs."""
         self.of, self.addon, self.folder = of, of.addon, of.pictures
         self.surface = f"sample:{SCENES[of.name][0]}"
         self.addon.making_materials.choose_lights(of.grating, "LAMPS")
@@ -107,11 +100,6 @@ class Stage:
         of.grating.shadows = False
         self.needs = self.addon.baking.measure_needs(of.scene, of.grating).needs
         self.group = of.grating.group
-        materials = bpy.data.objects[SCENES[of.name][1]].data.materials
-        self.material = next(m for m in materials if self.addon.material.diffraction_nodes(m))
-        self.node = self.addon.material.diffraction_nodes(self.material)[0]
-        self.outlet = next(n for n in self.material.node_tree.nodes if n.type == "OUTPUT_MATERIAL").inputs[0]
-        self.whole = self.outlet.links[0].from_socket
         self.bakes: dict[tuple, Path] = {}
         # A smaller error limits a table to a shorter coherence: all bakes use that of the smallest error.
         self.coherence_length_m: float | None = None
@@ -133,8 +121,6 @@ class Stage:
             Method(f"OSL {m.upper()}", partial(self.wear_thesis, m), True, ENGINES[:1]) for m in ("nmm", "pq", "flss")
         ]
         return [
-            Method("three lobes", self.wear_lobes, fake=True),
-            Method("GPU Gems", self.wear_rainbow, fake=True),
             *direct,
             Method("OSL Direct dE 1", partial(self.wear_shader, 1.0), True, ENGINES[:1]),
             *thesis,
@@ -144,12 +130,8 @@ class Stage:
         """A row for each method and number of samples."""
         for method in (each for each in self.methods() if engine in each.engines):
             self.of.scene.cycles.shading_system = method.osl
-            self.node.inputs["Strength"].default_value = 1.0
             method.wear()
-            if method.fake:
-                self.fit(truth)
             yield from self.row_of(method, engine, truth, arguments)
-            self.put_off()
 
     def row_of(self, method: Method, engine: str, truth: np.ndarray, arguments: argparse.Namespace) -> Iterator[dict]:
         """A row for each number of samples of the method that the material has."""
@@ -190,20 +172,6 @@ class Stage:
         render.resolution_percentage = full
         return seconds, picture
 
-    def fit(self, truth: np.ndarray) -> None:
-        """Scale a fake to the reference's light."""
-        light = []
-        for strength in (0.0, 1.0):
-            self.gain(strength)
-            light.append(self.render("cycles", 64)[1].mean())
-        self.gain((truth.mean() - light[0]) / (light[1] - light[0]))
-
-    def gain(self, strength: float) -> None:
-        """Set a fake's strength: of the lobes if there are any, otherwise of the group."""
-        tree = self.material.node_tree
-        value = next((n for n in tree.nodes if n.label == "Gain"), None)
-        (value.outputs[0] if value else self.node.inputs["Strength"]).default_value = strength
-
     def bake(self, budget: float, needs: Needs = EVERYTHING) -> Path:
         """The file of a bake of the scene's surface."""
         key = budget, needs is EVERYTHING
@@ -240,31 +208,6 @@ class Stage:
         made = thesis_response(self.addon, name, relief, settings, path=path)
         self.count_footprint(False)
         self.addon.lost_parts.replace_response(self.group, made)
-
-    def wear_rainbow(self) -> None:
-        """Use GPU Gems' rainbow in place of the table's response."""
-        self.count_footprint(False)
-        self.addon.lost_parts.replace_response(self.group, rainbow_response(self.addon, self.period_m()))
-
-    def wear_lobes(self) -> None:
-        """Use three glossy closures over the base in place of the diffraction."""
-        self.wear_bake(BUDGETS[0], EVERYTHING, False)
-        self.node.inputs["Strength"].default_value = 0.0
-        tree = self.addon.builder.Tree(self.material.node_tree)
-        gain = tree.node("ShaderNodeValue")
-        gain.label = "Gain"
-        shader = lobes(tree, self.period_m(), tree.value(gain.outputs[0]))
-        tree.feed(self.outlet, tree.add_shader(tree.value(self.whole), shader))
-
-    def put_off(self) -> None:
-        """Remove the closures that a fake added to the material."""
-        self.material.node_tree.links.new(self.whole, self.outlet)
-        for node in [n for n in self.material.node_tree.nodes if n.label == "Gain"]:
-            node.label = ""
-
-    def period_m(self) -> float:
-        """The period of the surface's grating in metres."""
-        return grating_period(prepare(read_height_map(self.surface)), None)
 
 
 def errors(picture: np.ndarray, truth: np.ndarray) -> dict:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where scalar theory holds: its efficiencies compared with rigorous coupled-wave analysis (RCWA) on keratin.
 
-    ./dev bench rcwa [--output DIR] [--json FILE|-]
+    ./dev bench rcwa [--json FILE|-]
 
 Inkstone solves Maxwell's equations (Fourier modal method; 1D gratings, TE and TM separately). Of the packages tried it
 alone conserved energy to 1e-10 everywhere: grcwa 0.1.2 reflected 285 times the incident light from a binary grating of
@@ -17,7 +17,6 @@ import importlib.util
 import sys
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -232,18 +231,14 @@ def boundary(rows: list[Row]) -> str:
 
 
 def main(argv: list[str] | None = None) -> None:
-    """Print the tables and the boundary; write rcwa.txt."""
+    """Print the tables and the boundary."""
     parser = OneLineParser(prog="./dev bench rcwa", description=__doc__.splitlines()[0])
-    parser.add_argument("--output", type=Path, default=Path("dist", "benchmarks"), metavar="DIR")
     report.add_json(parser)
     arguments = parser.parse_args(argv)
     if importlib.util.find_spec("inkstone") is None:
         sys.exit("error: inkstone is not here; remedy: ./dev bench rcwa, in the environment py311-bpy45")
-    arguments.output.mkdir(parents=True, exist_ok=True)
     rows, checked = table(), convergence()
-    text = as_text(rows, checked)
-    report.say(text, arguments.json)
-    (arguments.output / "rcwa.txt").write_text(text + "\n")
+    report.say(as_text(rows, checked), arguments.json)
     finer = [{"grating": asdict(grating), "parts": parts, "orders": orders} for grating, parts, orders in checked]
     report.write({"rows": [asdict(row) for row in rows], "finer": finer}, arguments.json)
 

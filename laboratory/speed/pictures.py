@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The plots of a run of the benchmark."""
+"""The plot of a run of the benchmark."""
 
 import math
-from collections.abc import Sequence
 from pathlib import Path
 
 from precompute.base.files import write_whole
@@ -10,21 +9,16 @@ from precompute.methods.method_registry import ENTRIES
 
 from ..study import plots
 from ..study.traits import TRAITS
-from .result import BenchmarkResult, SizeResult
-from .tables import JUST_VISIBLE, NAMES, n2_log_n
+from .result import BenchmarkResult
+from .tables import JUST_VISIBLE, NAMES
 
-PAGE, ERROR_PICTURE, TIME_PICTURE = "speed_against_error.md", "speed_against_error.png", "bake_time.png"
+PAGE, PICTURE = "speed_against_error.md", "speed_against_error.png"
 
 
-def write_pictures(result: BenchmarkResult, folder: Path) -> list[Path]:
-    """Write both plots into a folder, which is made if need be. Raises GratingError if matplotlib is not installed."""
+def write_picture(result: BenchmarkResult, folder: Path) -> Path:
+    """Write the plot into a folder, which is made if need be. Raises GratingError if matplotlib is not installed."""
     folder.mkdir(parents=True, exist_ok=True)
-    _plot_errors(result, folder / ERROR_PICTURE)
-    _plot_sizes(result.sizes, folder / TIME_PICTURE)
-    return [folder / ERROR_PICTURE, folder / TIME_PICTURE]
-
-
-def _plot_errors(result: BenchmarkResult, path: Path) -> None:
+    path = folder / PICTURE
     pyplot = plots.pyplot()
     surfaces = list(result.front)
     figure, panels = pyplot.subplots(
@@ -56,24 +50,4 @@ def _plot_errors(result: BenchmarkResult, path: Path) -> None:
     panels[0, -1].legend(*panels[0, 0].get_legend_handles_labels(), fontsize=8, loc="upper right")
     write_whole(path, lambda partial: figure.savefig(partial, dpi=80))
     pyplot.close(figure)
-
-
-def _plot_sizes(sizes: Sequence[SizeResult], path: Path) -> None:
-    pyplot = plots.pyplot()
-    figure, (times, memory) = pyplot.subplots(1, 2, figsize=(9, 3.8), layout="constrained")
-    pixels = [size.pixels for size in sizes]
-    times.plot(pixels, [size.seconds for size in sizes], "C0o-", label="bake")
-    times.plot(pixels, [size.check_seconds for size in sizes], "C1s--", label="self-check")
-    largest = sizes[-1].seconds / n2_log_n(pixels[-1])
-    times.plot(pixels, [largest * n2_log_n(n) for n in pixels], "0.6", label="n² log n through the largest")
-    times.set(xscale="log", yscale="log", xlabel="pixels a side", ylabel="seconds")
-    memory.plot(pixels, [(size.beyond_input_bytes or math.nan) / 2**30 for size in sizes], "C2o-", label="peak")
-    memory.plot(pixels, [size.input_bytes / 2**30 for size in sizes], "0.6", label="the input itself")
-    memory.set(xscale="log", yscale="log", xlabel="pixels a side", ylabel="GiB beyond the input")
-    for panel in (times, memory):
-        panel.set_xticks(pixels, [str(n) for n in pixels], minor=False)
-        panel.minorticks_off()
-        panel.legend(fontsize=8)
-        panel.grid(alpha=0.25)
-    write_whole(path, lambda partial: figure.savefig(partial, dpi=80))
-    pyplot.close(figure)
+    return path

@@ -4,8 +4,6 @@
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
-from precompute.measure.errors import Errors
-
 
 @dataclass(frozen=True)
 class Machine:
@@ -17,54 +15,6 @@ class Machine:
     python: str
     numpy: str
     load: str
-
-
-@dataclass(frozen=True)
-class ScanResult:
-    """The bake of a scan beside Fourier transforms of its size.
-
-    pixels                 rows and columns of the scan
-    transform_seconds      of one complex transform of that size
-    bake_to_24_transforms  time of the bake over that of 24 such transforms
-    naive_seconds          for one exact transform for every wavelength and tile, `naive_transforms` of them;
-                           `naive_timed` were timed and scaled up
-    naive_to_bake          naive_seconds over bake_seconds
-    peak_bytes             of the process that baked
-    table_bytes            of the table in Blender
-    tile                   rows and columns of a tile
-    delta_e                the bake's own error metrics
-    """
-
-    pixels: list[int]
-    transform_seconds: float
-    bake_seconds: float
-    check_seconds: float
-    bake_to_24_transforms: float
-    naive_seconds: float
-    naive_transforms: int
-    naive_timed: int
-    naive_to_bake: float
-    peak_bytes: int | None
-    table_bytes: int
-    tiles: int
-    tile: list[int]
-    wavelengths: int
-    coherence_um: float
-    delta_e: Errors
-
-
-@dataclass(frozen=True)
-class MapResult:
-    """A BRDF map of `pixels` x `pixels` by the bake and by FLSS: seconds, and the error metrics of both."""
-
-    pixels: int
-    bake_seconds: float
-    flss_seconds: float
-    flss_preparation_seconds: float
-    flss_to_bake: float
-    reference_step_nm: float
-    bake: Errors
-    flss: Errors
 
 
 @dataclass(frozen=True)
@@ -121,24 +71,11 @@ class Refusal:
 
 
 @dataclass(frozen=True)
-class SizeResult:
-    """The bake of a synthetic scan of `pixels` x `pixels`: bytes of the heights, seconds of the bake and of its check,
-    bytes held beyond the heights at the peak (None where the system does not tell), and the error."""
-
-    pixels: int
-    input_bytes: int
-    seconds: float
-    check_seconds: float
-    beyond_input_bytes: int | None
-    delta_e_p99: float
-
-
-@dataclass(frozen=True)
 class BenchmarkResult:
     """A run of the benchmark.
 
     quick         whether it was a trial of small pieces
-    surface       name of the scan that was baked
+    surface       name of the scan of Elaphe, or of the sample in its place
     xenopeltis    name of the scan of Xenopeltis, or of the sample in its place
     front         by surface, the titles of the rows on the Pareto front of seconds and p99, cheapest first
     pairs         by model of coherence, the direction pairs that a surface is judged on
@@ -149,12 +86,9 @@ class BenchmarkResult:
     quick: bool
     surface: str
     xenopeltis: str
-    scan: ScanResult
-    map: MapResult
     rows: Sequence[Row]
     refused: Sequence[Refusal]
     front: dict[str, list[str]]
-    sizes: Sequence[SizeResult]
     pairs: dict[str, int]
     piece_um: float
     coherence_um: float
@@ -174,6 +108,12 @@ class BenchmarkResult:
         return kept[0] if kept else None
 
     def bakes_by_budget(self, surface: str) -> list[Row]:
-        """The bakes that were asked for by a dE00 alone, the coarsest first."""
-        rows = [row for row in self.rows_of(surface) if row.method == "bake" and "," not in row.label]
+        """The bakes of a surface, the coarsest first."""
+        rows = [row for row in self.rows_of(surface) if row.method == "bake"]
         return sorted(rows, key=lambda row: -float(row.label.removeprefix("dE ")))
+
+    def shown(self, surface: str) -> list[Row]:
+        """Of each method the rows on the front, and the nearest one, cheapest first."""
+        rows = self.rows_of(surface)
+        nearest = {row.method: row for row in sorted(rows, key=lambda row: -row.p99)}
+        return [row for row in rows if row.title in self.front[surface] or row is nearest[row.method]]

@@ -11,20 +11,17 @@ import os
 import platform
 import time
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from precompute.base.failure import GratingError
 from precompute.base.progress import Progress, silent
-from precompute.surface.relief import prepare
 
 from .candidates import candidates, judge
 from .references import judges
 from .result import BenchmarkResult, Machine, Refusal, Row
-from .scan import map_result, scan_in_child, scan_result
-from .surfaces import FULL, Effort, middle, skin, surfaces
+from .surfaces import FULL, Effort, skin, surfaces
 
 
 def pareto(points: Sequence[tuple[float, float]]) -> list[int]:
@@ -58,10 +55,7 @@ def run(effort: Effort, shared: Path, progress: Progress = silent) -> BenchmarkR
     """The whole benchmark. `shared` is the folder in which the real scans are looked for."""
     started = time.perf_counter()
     scan, xenopeltis = skin(shared, "elaphe"), skin(shared, "xenopeltis")
-    judged = middle(scan, effort.scan_m) if effort.scan_m else replace(scan, periodic=False)
     on = machine()
-    of_scan, baked = scan_result(judged, effort, progress)
-    of_map = map_result(prepare(judged), baked, effort, progress=progress)
     rows, refused, pairs = [], [], {}
     for surface in surfaces(effort, scan, xenopeltis):
         of_model = judges(surface, effort)
@@ -73,21 +67,14 @@ def run(effort: Effort, shared: Path, progress: Progress = silent) -> BenchmarkR
             except GratingError as error:
                 refused.append(Refusal(surface.name, candidate.method, candidate.label, str(error)))
             progress(surface.name, (k + 1) / len(wanted))
-    sizes = []
-    for k, pixels in enumerate(effort.sizes):
-        sizes.append(scan_in_child(pixels))
-        progress("sizes", (k + 1) / len(effort.sizes))
     return BenchmarkResult(
         machine=on,
         quick=effort is not FULL,
         surface=scan.source_name,
         xenopeltis=xenopeltis.source_name,
-        scan=of_scan,
-        map=of_map,
         rows=rows,
         refused=refused,
         front={name: front_of(rows, name) for name in dict.fromkeys(row.surface for row in rows)},
-        sizes=sizes,
         pairs=pairs,
         piece_um=effort.piece_m * 1e6,
         coherence_um=effort.coherence_m * 1e6,

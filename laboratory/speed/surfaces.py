@@ -4,9 +4,6 @@
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-
-from precompute.base.machine import bundled
 from precompute.surface.height_map import HeightMap
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import Relief, prepare
@@ -31,13 +28,8 @@ class Effort:
     delta_es          colour differences that bakes are asked to keep
     steps_nm          wavelength steps that are tried
     sweeps            whether single settings of a method are varied as well
-    map_pixels        side of the BRDF maps; map_w values of w and map_pairs pairs at each give their errors
     reference_nm      wavelength step of the references
-    naive_transforms  that are timed for the naive bake
     seconds_timed     the least that a method is timed for
-    sizes             sides of the synthetic scans in pixels
-    scan_m            side of the piece of the scan that is baked; None: all of it
-    scan_bakes        of the scan; the fastest counts
     coherence_m       coherence length
     """
 
@@ -48,27 +40,18 @@ class Effort:
     delta_es: tuple[float, ...]
     steps_nm: tuple[float, ...]
     sweeps: bool
-    map_pixels: int
-    map_w: int
-    map_pairs: int
     reference_nm: float
-    naive_transforms: int
     seconds_timed: float
-    sizes: tuple[int, ...]
-    scan_m: float | None = None
-    scan_bakes: int = 2
     coherence_m: float = 15e-6
 
 
 FULL = Effort(
     piece_m=32e-6, w_count=4, pairs=800, patch_pairs=200, delta_es=(3, 1, 0.3, 0.1), steps_nm=(2, 5, 10, 20),
-    sweeps=True, map_pixels=512, map_w=2, map_pairs=150, reference_nm=1, naive_transforms=8, seconds_timed=0.2,
-    sizes=(512, 1024, 2048, 4096, 8192),
+    sweeps=True, reference_nm=1, seconds_timed=0.2,
 )  # fmt: skip
 QUICK = Effort(
     piece_m=8e-6, w_count=2, pairs=300, patch_pairs=60, delta_es=(3, 0.3), steps_nm=(5, 20), sweeps=False,
-    map_pixels=128, map_w=1, map_pairs=60, reference_nm=5, naive_transforms=3, seconds_timed=0.05, sizes=(256, 512),
-    scan_m=12e-6, scan_bakes=1, coherence_m=6e-6,
+    reference_nm=5, seconds_timed=0.05, coherence_m=6e-6,
 )  # fmt: skip
 
 
@@ -115,13 +98,3 @@ def skin(shared: Path, name: str) -> HeightMap:
     """The scan of a skin, one of SKINS, if the folder has it; else the sample that resembles it."""
     path = shared / "snake" / f"{name}_65um.png"
     return read_height_map(str(path), 65, SKINS[name]) if path.is_file() else read_height_map(f"sample:{name}")
-
-
-def as_file(height_map: HeightMap, folder: Path) -> list[str]:
-    """Write a height map into a folder as a grey picture of 16 bits. Returns the arguments by which the command line
-    reads it."""
-    low, span = height_map.height_m.min(), np.ptp(height_map.height_m)
-    path = folder / "piece.png"
-    bundled("PIL.Image").fromarray(np.rint((height_map.height_m - low) / span * 65535).astype(np.uint16)).save(path)
-    width_m = height_map.height_m.shape[1] * height_map.pixel_size_m[1]
-    return [str(path), "--size-um", repr(float(width_m * 1e6)), "--height-nm", repr(float(span * 1e9))]

@@ -44,8 +44,8 @@ def cells_of(row: Row, front: Sequence[str]) -> list[str]:
 
 
 def table_of(result: BenchmarkResult, surface: str) -> str:
-    """A surface's rows in Markdown."""
-    return table(_COLUMNS, [cells_of(row, result.front[surface]) for row in result.rows_of(surface)])
+    """The shown rows of a surface in Markdown."""
+    return table(_COLUMNS, [cells_of(row, result.front[surface]) for row in result.shown(surface)])
 
 
 def summary(result: BenchmarkResult) -> str:
@@ -57,24 +57,5 @@ def summary(result: BenchmarkResult) -> str:
             title, *cells = cells_of(row, ())
             mark = "*" if title in result.front[surface] else " "
             lines.append(f"{mark} {title:<34}" + "".join(f"{cell:>15}" for cell in cells))
-    scan, one_map = result.scan, result.map
-    lines += [
-        "* on the front of seconds against p99",
-        f"bake of {result.surface}: {number(scan.bake_to_24_transforms)} x 24 transforms of its size, "
-        f"{number(scan.naive_to_bake)} x faster than a transform a wavelength and tile, "
-        f"{mebibytes(scan.peak_bytes)} MiB at the peak, {mebibytes(scan.table_bytes)} MiB in Blender",
-        f"map of {one_map.pixels} x {one_map.pixels}: {number(one_map.flss_to_bake)} x faster than FLSS, dE00 "
-        f"mean {number(one_map.bake.mean)} and p99 {number(one_map.bake.p99)}, not "
-        f"{number(one_map.flss.mean)} and {number(one_map.flss.p99)}",
-    ]
-    for size in result.sizes:
-        lines.append(
-            f"bake of {size.pixels} x {size.pixels}: {number(size.seconds)} s, check "
-            f"{number(size.check_seconds)} s, {mebibytes(size.beyond_input_bytes)} MiB beyond the input"
-        )
+    lines.append("* on the front of seconds against p99")
     return "\n".join(lines)
-
-
-def n2_log_n(pixels: int) -> float:
-    """The cost of a transform of pixels x pixels, up to a factor."""
-    return pixels**2 * math.log2(pixels)

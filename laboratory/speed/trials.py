@@ -2,25 +2,19 @@
 """The trials that the benchmark makes of each method."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
 
-from precompute.bake.ensemble import carry_out, plan
-from precompute.bake.levels_and_basis import with_levels
 from precompute.bake.make import make
 from precompute.bake.request import BakeRequest
-from precompute.methods.baked import Baked, stored
+from precompute.methods.baked import Baked
 from precompute.methods.flss import THESIS_TERMS
 from precompute.methods.method import Method, Settings
 from precompute.surface.relief import Relief
 
 from .surfaces import Effort
-
-# The factors by which the texels of a bake's trials are finer. Reading alone blurs as much as a kernel of 0.58 texels,
-# and a bake has at least 0.9 texels to its kernel.
-FINER = (0.7, 1.6)
 
 
 @dataclass(frozen=True)
@@ -51,16 +45,6 @@ def build_checked(relief: Relief, settings: Settings, source: str, *, delta_e: f
     return Baked(made.table, settings, made.blender_bytes)
 
 
-def build_varied(
-    relief: Relief, settings: Settings, source: str, *, delta_e: float, terms: int | None = None, finer: float = 1.0
-) -> Baked:
-    """A bake with another plan: another number of terms, or texels `finer` times as small. Its error is not
-    measured."""
-    request = BakeRequest(delta_e=delta_e, coherence_length_m=settings.coherence_length_m)
-    chosen = plan(relief, request, finer=finer)
-    return stored(with_levels(carry_out(replace(chosen, terms=terms or chosen.terms))), settings)
-
-
 def _reference(effort: Effort) -> list[Trial]:
     return [Trial(f"{nm:g} nm", {"step_m": nm * 1e-9}) for nm in effort.steps_nm if nm >= 5]
 
@@ -88,12 +72,7 @@ def _chebyshev(effort: Effort) -> list[Trial]:
 
 
 def _bake(effort: Effort) -> list[Trial]:
-    found = [Trial(f"dE {de:g}", build=partial(build_checked, delta_e=de)) for de in effort.delta_es]
-    if effort.sweeps:
-        varied = partial(build_varied, delta_e=1.0)
-        found += [Trial(f"dE 1, K {k}", build=partial(varied, terms=k)) for k in (2, 3, 4, 6, 8)]
-        found += [Trial(f"dE 1, texels x {f:g}", build=partial(varied, finer=f)) for f in FINER]
-    return found
+    return [Trial(f"dE {de:g}", build=partial(build_checked, delta_e=de)) for de in effort.delta_es]
 
 
 def _one(label: str) -> Callable[[Effort], list[Trial]]:

@@ -4,6 +4,7 @@
 from precompute.cli import parser
 
 VERBS = {
+    "check": "recompute a bake's error from its files alone",
     "evaluate": "the grating period that follows from each method's colours",
     "efficiency": "a grating's efficiencies against their closed forms",
     "benchmark": "speed against error: every method on the same surfaces",

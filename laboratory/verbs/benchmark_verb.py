@@ -11,7 +11,7 @@ from precompute.cli.printing import Progress, emit
 
 from ..speed import page
 from ..speed import run as benchmark
-from ..speed.pictures import PAGE, write_pictures
+from ..speed.pictures import PAGE, write_picture
 from ..speed.surfaces import FULL, QUICK, SHARED
 from ..speed.tables import summary
 from ..study import plots
@@ -40,8 +40,8 @@ def run(arguments: argparse.Namespace) -> None:
     plots.pyplot()
     effort = QUICK if arguments.quick else FULL
     result = benchmark.run(effort, arguments.shared or SHARED, Progress(arguments.progress))
-    pictures = write_pictures(result, arguments.output / "images")
+    picture = write_picture(result, arguments.output / "images")
     file = arguments.output / PAGE
     write_whole(file, lambda path: path.write_text(page.text(result), encoding="utf-8"))
-    files = [str(file), *map(str, pictures)]
+    files = [str(file), str(picture)]
     emit({**result.as_dict(), "files": files}, arguments.json, lambda: [*summary(result).splitlines(), *files])

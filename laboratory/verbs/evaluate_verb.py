@@ -86,16 +86,7 @@ class Report:
 
     def as_dict(self) -> dict:
         """A record for JSON."""
-        return {
-            "source": self.source,
-            "theta_i_deg": self.theta_i_deg,
-            "azimuth_deg": self.azimuth_deg,
-            "coherence_um": self.coherence_um,
-            "looked_around_nm": self.looked_around_nm,
-            "angles_against": self.angles_against,
-            "methods": {name: one.as_dict() for name, one in self.methods.items()},
-            "files": self.files,
-        }
+        return vars(self) | {"methods": {name: one.as_dict() for name, one in self.methods.items()}}
 
     def table(self) -> list[str]:
         """The lines of the printed table."""

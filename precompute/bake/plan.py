@@ -10,9 +10,9 @@ The wavelengths that a bake sums, and how many they are.
 
 Estimates the memory and the time of a bake before its transforms begin.
 
-The constants are measured (`./dev bench memory` prints expected and measured figures side by side) on two cores of a
-server, on pictures of 512 to 1024 pixels that are 40 to 200 um wide and 0.3 to 5 um high. The estimated memory is 1.5
-to 2.4 times the measured one. The time is right to a factor of two there, and scales with the speed of other machines.
+The constants were measured on two cores of a server, on pictures of 512 to 1024 pixels that are 40 to 200 um wide and
+0.3 to 5 um high. The estimated memory is 1.5 to 2.4 times the measured one. The time is right
+to a factor of two there, and scales with the speed of other machines.
 
 Measures the resolution that a surface's bake needs for a colour error dE00: terms in w, and texels per kernel width.
 

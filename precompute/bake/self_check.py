@@ -9,7 +9,7 @@ terms and half floats) are measured by the error metric, against sums over the s
 Lamps of other spectra than the bake's light are measured on the same sums. Their errors are stated, and limit nothing.
 
 make.py compares the errors with the requested dE00. The verb `check` measures the same errors independently
-(precompute/check).
+(laboratory/check).
 
 Measures the error of a table's wider blur levels, and of kernels between two levels.
 

@@ -22,7 +22,6 @@ VERBS = {
     "bake": "bake height maps into the table that the material reads",
     "dft": "one .exr with the images that the OSL shaders of the thesis's algorithms read",
     "cache": "list, prune or verify the cache of bakes",
-    "check": "recompute a bake's error from its files alone",
     "comb": "smooth fields of directions on meshes out of Blender",
     "job": "check a render job, list its pictures, join them, or send it to a farm",
     "map": "BRDF map over the hemisphere of view",

@@ -36,7 +36,7 @@ SHIPPED = [*sources("precompute"), *sources("addon")]
 FLOORS = {
     "precompute": (
         "base", "maths", "mesh", "optics", "reflectance", "colour", "world_sources", "surface", "spectra", "table",
-        "reference", "measure", "bake", "presets", "check", "methods", "maps",
+        "reference", "measure", "bake", "presets", "methods", "maps",
         "render_job", "cli",
     ),
     "addon": (
@@ -44,8 +44,6 @@ FLOORS = {
         "cameras", "causes", "showcase", "workflow", "assets", "operators", "ui", "batch",
     ),
 }  # fmt: skip
-# `check` imports nothing that helps to make a bake.
-CHECK_MAY_IMPORT = {"base", "optics", "reflectance", "colour", "surface", "measure", "check"}
 
 
 def each(*packages):
@@ -125,11 +123,6 @@ def test_nothing_imports_upwards(path):
     room, floors = room_of(package, path), FLOORS[package]
     if room is not None:
         assert rooms_imported(package, path) <= set(floors[: floors.index(room) + 1])
-
-
-@each("precompute/check")
-def test_the_check_shares_nothing_with_the_bake(path):
-    assert rooms_imported("precompute", path) <= CHECK_MAY_IMPORT
 
 
 @pytest.mark.parametrize("package", FLOORS)

@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Messages, tooltips and help texts must not cite pages and commands that the zip lacks; checked in the syntax trees.
-And the list of all texts that `./dev bench texts` prints."""
+And the list of all texts."""
 
 import ast
 import re
 
 import pytest
 
-from laboratory.benchmarks import texts
-from laboratory.benchmarks.texts import artist_texts, user_texts
+from tests.user_texts import artist_texts, template, user_texts
 
 from .test_layering import ROOT, sources, tree_of
 
@@ -94,20 +93,9 @@ class A(bpy.types.Operator):
     assert {text.text for text in fixed if text.context == "Operator"} == {"Bake it. Esc cancels", "Bake", "Again"}
 
 
-def test_the_template_of_a_translation_has_each_text_once_with_its_places(tmp_path, capsys):
-    assert texts.main(["--pot", str(tmp_path / "texts.pot")]) == 0
-    capsys.readouterr()
-    template = (tmp_path / "texts.pot").read_text()
-    keys = re.findall(r'(?:msgctxt "(\w+)"\n)?msgid "(.*)"\nmsgstr ""\n', template)
+def test_the_template_of_a_translation_has_each_text_once_with_its_places():
+    found = template()
+    keys = re.findall(r'(?:msgctxt "(\w+)"\n)?msgid "(.*)"\nmsgstr ""\n', found)
     assert len(keys) == len(set(keys)) > 1000
     assert {("", "Put on {name}"), ("Operator", "Bake Grating"), ("", "Corn Snake")} <= set(keys)
-    assert re.search(r'#: addon/ui/panel.py:\d+\nmsgid "Put on \{count\} Meshes"\n', template)
-
-
-def test_the_list_of_texts_is_of_the_whole_add_on(capsys):
-    assert texts.main([]) == 0
-    printed = capsys.readouterr().out
-    assert "addon/operators/why_black.py\n" in printed
-    assert re.search(r"\d label +Why Is It Black\?\n", printed)
-    assert re.search(r"\d description +Side of the square piece, in millimetres\n", printed)
-    assert re.search(r"\n\d+ texts: description \d+, error \d+, item \d+, label \d+, ", printed)
+    assert re.search(r'#: addon/ui/panel.py:\d+\nmsgid "Put on \{count\} Meshes"\n', found)

@@ -1,20 +1,24 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The integrals and scenes of `./dev bench lights --part truth`, with which renders are compared."""
+"""Renders under a world, compared with integrals of the table over the hemisphere: without sources and closures."""
 
+import shutil
+
+import bpy
 import numpy as np
 import pytest
 
-from laboratory.benchmarks import lights_area, lights_truth
-from laboratory.benchmarks import lights_scenes as scenes
+from laboratory.benchmarks.blender import colour_differences
 from laboratory.benchmarks.hemisphere import Surface, directional_albedo, hemisphere, without_mirror
-from laboratory.benchmarks.lights_worlds import Worlds
-from precompute.world_sources.sources import panorama_cells
+from precompute.colour.spaces import rgb_from_xyz
+from precompute.table import atlas
+from precompute.table.sample_set import path_beside
+from sample_scenes.panoramas import overcast
+from sample_scenes.relight import paint
 
+from .world_scenes import add_ball, assign, look_at_ball
 
-@pytest.fixture
-def studio(stage, skin):
-    """The benchmark's studio with the stage's add-on and a bake of short coherence."""
-    return Worlds(stage.addon, stage.folder, 16, skin[0])
+PIXELS, SAMPLES = 12, 1024
+LUMINANCE = np.linalg.inv(rgb_from_xyz("Rec.709"))[1]
 
 
 def test_the_hemisphere_has_two_pi():
@@ -36,159 +40,70 @@ def test_a_white_world_shows_the_directional_albedo(skin, degrees):
     np.testing.assert_allclose(found, directional_albedo(table, theta), rtol=5e-3)
 
 
-def test_a_small_lamp_is_a_world_of_one_direction(skin):
-    """A Gaussian of light, summed over the hemisphere, equals a lamp of its irradiance and variance."""
-    _, table = skin
-    surface, wr, to = Surface.of(table), np.array((0.28, 0, 0.96)), np.array((0.3, 0, np.sqrt(0.91)))
-    spread = table.sigma_b
-    steps = np.arange(-4, 4.1, 0.25)
-    a, b = (each.ravel()[:, None] for each in np.meshgrid(steps, steps))
-    points = to + spread * (a * (to[2], 0, -to[0]) + b * (0, 1, 0))
-    points /= np.linalg.norm(points, axis=1, keepdims=True)
-    weights = np.exp(-(a**2 + b**2) / 2)
-    lit = sum(surface.lit(points, wr, np.repeat(weights / weights.sum(), 3, axis=1)))
-
-    def shine(directions):
-        return np.exp(2 * (directions @ to - 1) / (2 * spread**2)) / (2 * np.pi * spread**2)
-
-    wi, mirrored = surface.mirrored(wr)
-    found = shine(surface.directions) @ surface.scattered(wr) + shine(wi) @ mirrored
-    # The grid resolves a product of two Gaussians of the kernel's width to 2 exp(-pi^2 / 1.44) = 0.002. The points lie
-    # on a plane that touches the sphere: at 2 deviations they are 2 / 3 (2 spread)^2 = 0.003 off in solid angle.
-    # Clamping a colour's smaller components to the gamut is not smooth; the bound is relative to the largest component.
-    np.testing.assert_allclose(found, lit, rtol=0, atol=0.01 * lit.max())
-
-
-def test_a_panorama_is_looked_up_as_cycles_does(studio):
-    """At the centres of a look's pixels, which lie between the world's. Cycles uses single precision."""
-    studio.build("sphere")
-    random = np.random.default_rng(3).random((32, 64, 3))
-    studio.paint(random)
-    studio.scene.cycles.pixel_filter_type, studio.scene.cycles.filter_width = "GAUSSIAN", 0.01
-    seen = studio.look(np.array((1.0, 0, 0)), (np.pi / 2, np.pi), (21, 34))
-    found = scenes.looked_up(random, panorama_cells(21, 34).directions).reshape(seen.shape)
-    # A sample is up to a hundredth of a pixel off centre: 0.02 of a pixel of the world.
-    np.testing.assert_allclose(seen, found, atol=0.03)
-
-
-def test_the_sun_of_the_sky_is_what_the_probe_finds(studio):
-    """Two ways to find the same sun. The probe is accurate to 2 %."""
-    scenes.build(studio, "sphere")
-    light = scenes.light_by(studio, "clear sky")
-    source = studio.addon.world_probe.fit_of(studio.scene.world, studio.scene, 4).sources[0]
-    assert light.directions @ source.direction == pytest.approx(1, abs=1e-4)
-    np.testing.assert_allclose(light.irradiance.sum(axis=0), source.irradiance, rtol=0.05)
-    assert light.panorama.max() < 0.01 * light.irradiance.sum() / 6e-5, "the disc is not in the panorama"
-
-
-def test_the_lamp_fills_its_solid_angle(studio):
-    """A square of side 1 seen from 1 m straight before it: 4 asin(1 / 5) steradians."""
-    scenes.build(studio, "disc")
-    light = scenes.light_by(studio, "area lamp")
-    cells = panorama_cells(400, 800)
-    seen = light.of_lamp(cells.directions, studio.target, 0.01) @ cells.solid_angles
-    assert seen == pytest.approx(10 * 4 * np.arcsin(0.2), rel=2e-3)
-    many = 20_000
-    here = lights_area.Sphere(np.tile(studio.target, (many, 1)), np.tile(np.eye(3), (many, 1, 1)), np.zeros((many, 3)))
-    drawn = lights_area._LampDraws(light, np.random.default_rng(0)).drawn(np.zeros(many), here)[1]
-    # cos(t)^3 varies by 12 % over the lamp, so the mean of 20,000 draws by 0.1 %.
-    assert drawn[:, 0].mean() == pytest.approx(seen, rel=5e-3)
-    assert studio.addon.follow.lamp_count(studio.scene) == 1
-    scenes.light_by(studio, "overcast sky")
-    assert studio.addon.follow.lamp_count(studio.scene) == 0
-
-
-def test_points_have_places_frames_and_views(studio):
-    scenes.build(studio, "sphere")
-    points = scenes.free_points(studio, 16, 40)
-    assert len(points.positions) == len(points.pixels[0]) == 40
-    # A facet of the 128 x 64 sphere lies up to 1 - cos(pi / 128) inside it.
-    np.testing.assert_allclose(np.linalg.norm(points.positions, axis=1), scenes.RADIUS_M, rtol=2e-3)
-    normals = points.frames[:, 2]
-    np.testing.assert_allclose(normals, points.positions / scenes.RADIUS_M, atol=0.03)
-    squares = points.frames @ points.frames.transpose(0, 2, 1)
-    np.testing.assert_allclose(squares, np.broadcast_to(np.eye(3), squares.shape), atol=1e-5)
-    to_camera = np.array(studio.scene.camera.location) - points.positions
-    to_camera /= np.linalg.norm(to_camera, axis=1, keepdims=True)
-    np.testing.assert_allclose(np.einsum("nji,nj->ni", points.frames, points.views), to_camera, atol=1e-4)
-
-
-def test_what_is_hidden_is_taken_last(studio):
-    """On a plane before a wall, the points away from the wall come first."""
-    import bpy
-
-    scenes.build(studio, "disc")
-    mesh = bpy.data.meshes.new("corner")
-    corners = [(-1, -1, 0), (1, -1, 0), (1, 0.1, 0), (-1, 0.1, 0), (1, 0.1, 0.3), (-1, 0.1, 0.3)]
-    mesh.from_pydata(corners, [], [(0, 1, 2, 3), (3, 2, 4, 5)])
-    mesh.uv_layers.new(name="UVMap")
-    mesh.materials.append(None)
-    bpy.data.objects.remove(studio.mesh)
-    studio.mesh = bpy.data.objects.new("corner", mesh)
-    studio.scene.collection.objects.link(studio.mesh)
-    bpy.context.view_layer.update()
-    away = scenes.free_points(studio, 16, 1000).positions
-    floor = away[away[:, 2] < 1e-3]
-    assert floor[:10, 1].max() < floor[-10:, 1].min()
-
-
-def test_faces_that_no_point_is_on_are_black(studio):
-    """They take no time, and where the mesh reflects itself it is dark, as in the integrals."""
-    scenes.build(studio, "sphere")
-    points = scenes.free_points(studio, 16, 5)
-    material, _ = studio.material(studio.bake, "LAMPS")
-    studio.mesh.material_slots[0].material = material
-    faces = studio.mesh.data.polygons
-    lit = [face for face in faces if face.material_index == 0]
-    assert len(lit) == 5
-    middles = np.array([face.center for face in lit])
-    apart = np.linalg.norm(points.positions[:, None] - middles, axis=-1).min(axis=1)
-    assert apart.max() < 2 * np.pi * scenes.RADIUS_M / 64  # half a face's diagonal is less
-
-
-def test_equal_pictures_do_not_differ():
-    expected = np.random.default_rng(1).random((50, 3))
-    row = lights_truth.compared(np.stack([expected, expected]), expected)
-    assert row["de_median"] == row["de_p95"] == row["noise"] == 0 and row["light"] == pytest.approx(1)
-    brighter = lights_truth.compared(np.stack([expected * 1.1] * 2), expected)
-    assert brighter["light"] == pytest.approx(1.1) and brighter["de_median"] > 0.5
-
-
-@pytest.mark.night("test_the_light_of_a_sphere_is_the_mean_of_its_points")
-def test_an_overcast_sphere_is_its_integral(studio, skin):
-    """Render and integral share only the table. A thousand samples at forty points have a noise of 0.5 %."""
-    scenes.build(studio, "sphere")
-    points = scenes.free_points(studio, 16, 40)
-    lights = {"overcast sky": scenes.light_by(studio, "overcast sky")}
-    scattered, mirrored = lights_truth.integrals(Surface.of(skin[1]), points, lights)["overcast sky"]
-    rows = lights_truth.pictures(studio, skin[0], world="overcast sky", size=(16, 1024))
-    for _, part, picture in rows:
-        row = lights_truth.compared(picture[:, *points.pixels], scattered + mirrored if part == "whole" else scattered)
-        assert row["light"] == pytest.approx(1, abs=0.03), (part, row)
-        assert row["de_median"] < 2, (part, row)
-
-
-@pytest.mark.night("test_a_small_lamp_is_a_world_of_one_direction")
-def test_the_light_of_a_sphere_is_the_mean_of_its_points(studio, skin, monkeypatch):
-    """In an even world a point shows the directional albedo, so the mean over the picture is known. A lamp in each
-    pixel of that world gives the same, drawn the other way."""
-    monkeypatch.setattr(lights_area, "_POINTS", 50_000)
-    scenes.build(studio, "sphere")
-    table, camera = without_mirror(skin[1]), studio.scene.camera
-    places = (np.stack(np.meshgrid(np.arange(200), np.arange(200)), axis=-1).reshape(-1, 2) + 0.5) / 200
-    hit, sphere = lights_area.sphere_points(camera, places)
-    assert 0.6 < hit.mean() < 0.9
-    angles = np.linspace(0, np.pi / 2, 30)
-    albedo = (
-        np.array([directional_albedo(table, min(angle, np.radians(89))) for angle in angles]) @ lights_truth.LUMINANCE
+def looked_up(panorama, directions):
+    """Values (n, 3) of a panorama (rows, cols, 3) in directions (n, 3), like an Environment Texture with "Linear"."""
+    rows, cols, _ = panorama.shape
+    x = (0.5 - np.arctan2(directions[:, 1], directions[:, 0]) / (2 * np.pi)) * cols - 0.5
+    y = (0.5 + np.arcsin(np.clip(directions[:, 2], -1, 1)) / np.pi) * rows - 0.5
+    left, below = np.floor(x).astype(int), np.clip(np.floor(y).astype(int), 0, rows - 2)
+    across, up = (x - left)[:, None], (y - below)[:, None]
+    bottom, top = (
+        panorama[row, left % cols] * (1 - across) + panorama[row, (left + 1) % cols] * across
+        for row in (below, below + 1)
     )
-    expected = np.interp(np.arccos(sphere.views[:, 2]), angles, albedo).sum() / len(places)
-    cells = panorama_cells(64, 128)
-    none = np.zeros((64, 128, 3))
-    spread = scenes.Light(none, cells.directions, np.repeat(cells.solid_angles[:, None], 3, axis=1))
-    # One direction a point has more noise if it is not drawn by the table.
-    for light, share in ((scenes.Light(none + 1), 0.01), (spread, 0.06)):
-        found, error = lights_area.mean_light(camera, table, light)
-        assert error < share * expected
-        # Four errors, and 1 % for the interpolated albedo.
-        assert found == pytest.approx(expected, abs=4 * error + 0.01 * expected)
+    return bottom * (1 - up) + top * up
+
+
+def points_of_ball(ball, camera):
+    """The rows and columns (n,) of pixels that show the ball of radius 1 in the origin, and there the tangent frames
+    (n, 3, 3), T, B and N in rows, and the unit vectors to the camera (n, 3) in these frames."""
+    bpy.context.view_layer.update()
+    side = (np.arange(PIXELS) + 0.5) / PIXELS * 2 - 1
+    x, y = np.meshgrid(side, -side)
+    ray = (
+        np.stack([x, y, np.full_like(x, -1 / np.tan(camera.data.angle / 2))], axis=-1)
+        @ np.array(camera.matrix_world.to_3x3()).T
+    )
+    ray /= np.linalg.norm(ray, axis=-1, keepdims=True)
+    start = np.array(camera.location)
+    along = -(ray @ start)
+    beneath = along**2 - start @ start + 1
+    n = start + (along - np.sqrt(np.maximum(beneath, 0)))[..., None] * ray
+    seen = (beneath > 0) & (-(ray * n).sum(axis=-1) > 0.1)
+    n, to_camera = n[seen], -ray[seen]
+    ball.data.calc_tangents()
+    loop = ball.data.loops[len(ball.data.loops) // 2]
+    at = ball.data.vertices[loop.vertex_index].co
+    side = np.sign(loop.tangent.x * -at.y + loop.tangent.y * at.x)  # the way in which U runs around the ball
+    t = side * np.stack([-n[:, 1], n[:, 0], 0 * n[:, 0]], axis=1)
+    t /= np.linalg.norm(t, axis=1, keepdims=True)
+    frames = np.stack([t, np.cross(n, t), n], axis=1)
+    return np.nonzero(seen), frames, np.einsum("nij,nj->ni", frames, to_camera)
+
+
+@pytest.mark.night("test_a_white_world_shows_the_directional_albedo")
+@pytest.mark.parametrize("part", ["whole", "scattered"])
+def test_an_overcast_ball_is_its_integral(stage, skin, part):
+    """Render and integral share only the table. The random order's noise is below 1 %."""
+    path, table = skin
+    if part == "scattered":
+        path, whole, table = stage.folder / "scattered.exr", path, without_mirror(table)
+        image, layout = atlas.pack(table)
+        atlas.write_together({path: (image, layout)}, {"precision": str(image.dtype)})
+        shutil.copyfile(path_beside(whole), path_beside(path))
+    stage.filter = "GAUSSIAN", 0.01  # Cycles' box is a whole pixel at any width, and mixes in what is beside the ball
+    panorama = overcast(128)
+    paint(stage.scene, panorama)
+    add_ball()
+    look_at_ball(stage)
+    assign(stage, path, "REST")
+    pixels, frames, views = points_of_ball(bpy.context.object, stage.scene.camera)
+    assert len(views) > 30
+    surface, expected = Surface.of(table), []
+    for frame, wr in zip(frames, views, strict=True):
+        wi, mirrored = surface.mirrored(wr)
+        scattered = looked_up(panorama, surface.directions @ frame) * surface.scattered(wr)
+        expected.append(scattered.sum(axis=0) + (looked_up(panorama, wi @ frame) * mirrored).sum(axis=0))
+    found, expected = stage.rgb("cycles", PIXELS, SAMPLES)[pixels], np.array(expected)
+    assert (found @ LUMINANCE).sum() == pytest.approx((expected @ LUMINANCE).sum(), rel=0.03)
+    assert np.median(colour_differences(found, expected)) < 2

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from devtools.extension import AddonModules
-from laboratory.benchmarks.osl import PlaneView, render, set_up_cycles
+from laboratory.benchmarks.blender import PlaneView, render, set_up_cycles
 from precompute.colour.spaces import rgb_from_xyz
 from precompute.methods import dft_images
 from precompute.methods.dft_images import settings_for

@@ -9,7 +9,7 @@ from pathlib import Path
 import bpy
 import pytest
 
-from laboratory.benchmarks.osl import set_up_cycles
+from laboratory.benchmarks.blender import set_up_cycles
 
 NAMES = (b'a"; } shader b() { "', b"a\nerror: b\x1b[2J\x07\xe2\x80\xae", "Größe 格 ??".encode())
 # Blender's text is UTF-8, and its paths cannot hold a backslash.

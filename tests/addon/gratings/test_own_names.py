@@ -47,15 +47,6 @@ def test_two_gratings_of_one_name_keep_their_numbers(assigned, scene, baked):
     assert names(second) == ("Diffraction waves.001", "Diffraction waves.001")
 
 
-def test_the_next_assign_mends_the_names_of_an_earlier_version(assigned):
-    """The earlier version recorded only its materials, and left the old name on both."""
-    del assigned.group["ng_own"]
-    assigned["name"] = "Skin"  # bypasses the update callback
-    assert names(assigned) == ("Diffraction waves", "Diffraction waves")
-    bpy.ops.grating.assign()
-    assert names(assigned) == ("Diffraction Skin", "Diffraction Skin")
-
-
 def test_undo_takes_the_names_back(assigned):
     bpy.ops.ed.undo_push(message="assigned")
     assigned.name = "Skin"

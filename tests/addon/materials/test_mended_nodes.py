@@ -4,8 +4,8 @@
 import bpy
 import pytest
 
-from laboratory.benchmarks.hostile import lies_edits
-from laboratory.benchmarks.hostile.lying_scene import Skin
+from tests.hostile import lies_edits
+from tests.hostile.lying_scene import Skin
 
 # Edits that remove something.
 NOTICED = ("has no nodes", "has no links", "lost every third node", "has no sockets", "lost its first socket",

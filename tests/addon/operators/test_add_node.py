@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import bpy
 import pytest
 
-from laboratory.benchmarks.hostile.shader_editor import shader_editor
 from tests.addon.layout import Layout, context_of
+from tests.hostile.shader_editor import shader_editor
 
 PLACE = (120.0, -40.0)
 

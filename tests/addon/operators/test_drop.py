@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from laboratory.benchmarks.hostile import instruments
 from precompute.surface.readers.reader_registry import dropped, extensions
 from precompute.table.atlas import read_header
+from tests.hostile import instruments
 
 
 def test_files_of_microscopes_may_be_dropped_on_a_3d_view(scene):

@@ -77,11 +77,6 @@ def test_remove_gives_back_what_assign_replaced(scene, grating, addon):
     select(plane)
     bpy.ops.grating.remove_diffraction()
     assert plane.active_material == before
-    bpy.ops.grating.assign()
-    plane["ng_replaced_0"] = before  # as earlier versions recorded it
-    plane.natural_gratings_replaced.clear()
-    bpy.ops.grating.remove_diffraction()
-    assert plane.active_material == before
     assert second.active_material == grating.material and shows(grating.material, addon)
     select(second)
     bpy.ops.grating.remove_diffraction()

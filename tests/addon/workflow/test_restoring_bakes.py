@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A bake whose file is missing: it comes back from the cache, from the pictures in the .blend, or by a new bake."""
 
+import json
 import shutil
 from pathlib import Path
 from types import SimpleNamespace
@@ -110,3 +111,25 @@ def test_a_grating_of_a_bake_alone_asks_for_the_file(scene, grating, addon, tmp_
     grating.bake_path = str(tmp_path / "gone.exr")
     step = following(addon)
     assert step.sentence == f"{LINE}. Load it again, or import the height map" and step.operator == ""
+
+
+def test_a_bake_of_another_version_is_told(imported, addon):
+    settings = json.loads(imported.asked)
+    del settings["delta_e"]
+    imported.asked = json.dumps(settings)
+    assert "Baked by another version of the extension" in " ".join(drawn(addon).labels)
+
+
+def test_undo_takes_a_new_bake_of_an_opened_file_back(imported, addon, tmp_path):
+    """In Blender 4.5 about half of such undos crashed, until replaced node groups were no longer deleted."""
+    bpy.ops.grating.assign()
+    reopened(tmp_path / "shot.blend")
+    bpy.ops.ed.undo_push(message="before")
+    first, active().delta_e = active().bake_path, 9.0
+    assert bpy.ops.grating.bake() == {"FINISHED"} and bpy.ops.grating.assign() == {"FINISHED"}
+    second = active().bake_path
+    bpy.ops.ed.undo_push(message="renewed")
+    for step, path in ((bpy.ops.ed.undo, first), (bpy.ops.ed.redo, second)):
+        step()
+        assert active().bake_path == path != "" and addon.lost_parts.lost([active().group]) == []
+    assert first != second

@@ -12,8 +12,8 @@ import pytest
 from PIL import Image
 
 from devtools import ROOT
-from laboratory.benchmarks.hostile import instruments
 from tests.addon.layout import Layout, context_of
+from tests.hostile import instruments
 
 SIZES = {"size_um": 4.1, "height_nm": 100}
 

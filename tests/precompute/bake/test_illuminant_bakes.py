@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from laboratory.verbs import PACKAGES
 from precompute.bake.ensemble import bake, plan
 from precompute.bake.request import BakeRequest, request_from
 from precompute.bake.self_check import pairs_within
@@ -94,7 +95,7 @@ def test_a_spectrum_travels_with_its_bake(tmp_path, capsys):
     assert 0 < facts["delta_e"]["p99"] <= 1
     path.unlink()
     baked = facts["files"][0]
-    assert parser.main(["check", baked, *scan, "--pairs", "400", "--step-nm", "5", "--progress", "none"]) == 0
+    assert parser.main(["check", baked, *scan, "--pairs", "400", "--step-nm", "5", "--progress", "none"], PACKAGES) == 0
     capsys.readouterr()
     again = ["bake", "--request", baked, "-o", str(tmp_path / "two"), "--json", "-", "--progress", "none"]
     assert parser.main(again) == 0

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from laboratory.verbs import PACKAGES
 from precompute.bake import patch
 from precompute.bake.ensemble import bake, plan
 from precompute.bake.request import BakeRequest, request_from
@@ -61,7 +62,10 @@ def test_the_error_is_kept_and_checked(tmp_path, capsys):
     facts = json.loads(capsys.readouterr().out)
     assert facts["wavelengths"] == 1
     assert 0 < facts["delta_e"]["p99"] <= 1
-    assert parser.main(["check", facts["files"][0], "sample:blazed", "--pairs", "400", "--progress", "none"]) == 0
+    assert (
+        parser.main(["check", facts["files"][0], "sample:blazed", "--pairs", "400", "--progress", "none"], PACKAGES)
+        == 0
+    )
 
 
 def test_other_lights_are_refused():

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from laboratory.verbs import PACKAGES
 from precompute.bake import ensemble
 from precompute.bake.make import make
 from precompute.bake.needs import Needs
@@ -107,7 +108,7 @@ def test_the_verbs(tmp_path, capsys):
     command = ["bake", str(picture), "-o", str(tmp_path / "out"), *size, "--spread-deg", "5", "--coherence-um", "2"]
     assert parser.main([*command, "--no-cache", "--delta-e", "5"]) == 0
     capsys.readouterr()
-    assert parser.main(["check", str(tmp_path / "out"), str(picture), *size]) == 1
+    assert parser.main(["check", str(tmp_path / "out"), str(picture), *size], PACKAGES) == 1
     err = capsys.readouterr().err
     assert "its directions are spread, which check cannot measure; bake without --spread-deg" in err
     assert len(err.splitlines()) == 1

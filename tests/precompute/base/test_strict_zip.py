@@ -9,8 +9,8 @@ import zipfile
 
 import pytest
 
-from laboratory.benchmarks.hostile.mutations import mutated
 from precompute.base.strict import NAMES_MAX, Archive
+from tests.hostile.mutations import mutated
 
 TEXT = b"one two three four " * 50
 # Offsets of the flags, the method and the length in a file's directory entry.

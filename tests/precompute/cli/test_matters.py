@@ -41,7 +41,7 @@ def test_its_file_holds_a_reflectance(baked):
     assert table.holds_reflectance and table.largest_albedo > 1
 
 
-@pytest.mark.night("tests/precompute/check/test_lamps.py")
+@pytest.mark.night("tests/precompute/laboratory/check/test_lamps.py")
 def test_it_passes_its_check(run, baked):
     """The errors are those of the bake: two samples of one distribution, drawn by two programs. They depend on w, so a
     few values of it would be no sample."""

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A few cases of every suite of hostile input; `./dev bench hostile` runs them in full."""
+"""A few cases of every suite of hostile input; `python -m tests.hostile` runs them in full."""
 
 import pytest
 
-from laboratory.benchmarks.hostile import SUITES, runner
+from tests.hostile import SUITES, runner
 
 # Inputs of each group; the readers' suite has a group for each of their many formats.
 COUNTS, SEED = {"readers": 6, "verbs": 6, "headers": 20, "meshes": 10, "records": 20, "arguments": 20}, 1

@@ -12,7 +12,7 @@ from devtools import cli
 @pytest.mark.parametrize(
     ("verb", "package"),
     [("evaluate", "laboratory"), ("efficiency", "laboratory"), ("benchmark", "laboratory"), ("--help", "laboratory"),
-     ("bake", "precompute"), ("check", "precompute")],
+     ("check", "laboratory"), ("bake", "precompute")],
 )  # fmt: skip
 def test_a_verb_of_the_laboratory_starts_the_laboratory(verb, package, monkeypatch):
     started = []

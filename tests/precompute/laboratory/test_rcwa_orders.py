@@ -88,7 +88,7 @@ def test_faint_orders_are_left_out():
 def test_the_quick_run_writes_tables_and_picture(tmp_path, capsys):
     pytest.importorskip("inkstone", reason=ABSENT)
     picture, facts = tmp_path / "a.png", tmp_path / "a.json"
-    line = ["--quick", "--picture", str(picture), "--json", str(facts), "--output", str(tmp_path)]
+    line = ["--quick", "--picture", str(picture), "--json", str(facts)]
     rcwa_orders.main(line)
     printed = capsys.readouterr().out
     for title in ("out of the plane", "gold, first orders", "depth to 0.25", "by depth", "twice the extra orders"):

@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 
+from laboratory.study.terms import SERIES
 from precompute.base.failure import GratingError
 from precompute.colour.observer import S_MAX, observer
 from precompute.methods import chebyshev_series, exact, flss, pq
@@ -157,22 +158,18 @@ def test_the_automatic_terms_keep_their_promise(z):
 @pytest.mark.parametrize(("relief_nm", "terms"), [(150, 8), (400, 13), (1000, 25), (2000, 43)])
 def test_chebyshev_terms_of_the_design(relief_nm, terms):
     """docs/theory.md counts the highest order: 7, 12, 24, 42 for an rms error of 1e-3 at 380 nm."""
-    from laboratory.benchmarks import terms as benchmark
-
-    errors = benchmark.SERIES[2].curve(relief_nm * 1e-9, np.float32)
+    errors = SERIES[2].curve(relief_nm * 1e-9, np.float32)
     assert int(np.argmax(errors <= 1e-3)) + 1 == terms
     assert errors[-1] < 1e-7
 
 
 def test_taylor_dies_in_float32_where_it_is_said_to():
-    from laboratory.benchmarks import terms as benchmark
-
     for relief_nm, least, most in [(150, 0, 1e-6), (400, 5e-4, 5e-3), (1000, 1, np.inf)]:
-        error = benchmark.SERIES[0].curve(relief_nm * 1e-9, np.float32)[-1]
+        error = SERIES[0].curve(relief_nm * 1e-9, np.float32)[-1]
         loss = flss.expected_loss(2 * np.pi * S_MAX * relief_nm * 1e-9, np.float32)
         assert least <= error <= most
         assert error <= loss <= 10 * error
-    assert benchmark.SERIES[0].curve(400e-9, np.float64)[-1] < 1e-10
+    assert SERIES[0].curve(400e-9, np.float64)[-1] < 1e-10
 
 
 @pytest.mark.parametrize("centred", [True, False])

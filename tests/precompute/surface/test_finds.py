@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files found by laboratory/benchmarks/hostile/guided.py, reduced to their cause."""
+"""Files found by a fuzzer, reduced to their cause."""
 
 import struct
 
 import numpy as np
 import pytest
 
-from laboratory.benchmarks.hostile import instruments
+from tests.hostile import instruments
 from tests.precompute.surface.scan_files import PIXEL_M, TILTED, picture, read_picture
 
 # A signalling NaN, for which NumPy warns when it converts to double.

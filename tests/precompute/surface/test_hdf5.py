@@ -9,11 +9,11 @@ import zlib
 import numpy as np
 import pytest
 
-from laboratory.benchmarks.hostile import hdf5
-from laboratory.benchmarks.hostile.instruments import SPAN_M
 from precompute.base.failure import GratingError
 from precompute.surface.readers.hdf5_file import Dataset, Structures
 from precompute.surface.readers.reader_registry import read_height_map
+from tests.hostile import hdf5
+from tests.hostile.instruments import SPAN_M
 from tests.precompute.surface.scan_files import PIXEL_M, TILTED
 
 HEIGHTS = TILTED - 100e-9

@@ -9,10 +9,10 @@ from functools import partial
 import numpy as np
 import pytest
 
-from laboratory.benchmarks.hostile import hdf5, instruments, microscopes
-from laboratory.benchmarks.hostile.instruments import SPAN_M
 from precompute.base.failure import GratingError
 from precompute.surface.readers.reader_registry import read_height_map, reader_of
+from tests.hostile import hdf5, instruments, microscopes
+from tests.hostile.instruments import SPAN_M
 from tests.precompute.surface.scan_files import COLS, PIXEL_M, ROWS, SIZE_UM, TILTED
 
 # Not square and centred on zero, so that a swapped axis or a lost sign shows.

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from gwyfile.objects import GwyDataField
 
-from laboratory.benchmarks.hostile import instruments, microscopes
-from laboratory.benchmarks.hostile.instruments import SPAN_M
 from precompute.bake.make import bake_to_folder
 from precompute.bake.request import BakeRequest
 from precompute.base.failure import GratingError
 from precompute.surface.quality import describe
 from precompute.surface.readers.reader_registry import read_height_map, read_other_way
+from tests.hostile import instruments, microscopes
+from tests.hostile.instruments import SPAN_M
 from tests.precompute.surface.scan_files import COLS, PIXEL_M, ROWS, SIZE_UM, TILTED, gwy_bytes, nid_bytes
 
 HEIGHTS = TILTED - 100e-9

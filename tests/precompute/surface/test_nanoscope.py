@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from laboratory.benchmarks.hostile import instruments
 from precompute.base.failure import GratingError
 from precompute.surface.readers.reader_registry import read_height_map
+from tests.hostile import instruments
 from tests.precompute.surface.scan_files import PIXEL_M, TILTED
 
 TABLE = json.loads((Path(__file__).parent / "oracle.json").read_text())

@@ -7,7 +7,6 @@ from functools import partial
 import numpy as np
 import pytest
 
-from laboratory.benchmarks.hostile import instruments, microscopes
 from precompute.base.failure import GratingError
 from precompute.cli.parser import main
 from precompute.surface.height_map import HeightMap
@@ -15,6 +14,7 @@ from precompute.surface.quality import describe
 from precompute.surface.readers.reader_registry import read_height_map, read_other_way
 from precompute.surface.readers.scan_file import other_way
 from precompute.surface.steps.pipeline import level, parse_steps
+from tests.hostile import instruments, microscopes
 from tests.precompute.surface.scan_files import NID_CHANNELS, PIXEL_M, TILTED, gwy_bytes, nid_bytes
 from tests.precompute.surface.test_waves import shifted_rows
 

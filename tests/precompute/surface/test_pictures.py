@@ -10,8 +10,8 @@ import OpenEXR
 import pytest
 from PIL import Image
 
-from laboratory.benchmarks.hostile import instruments
 from precompute.base.failure import GratingError
+from tests.hostile import instruments
 from tests.precompute.surface.scan_files import GREY8, GREY16, PIXEL_M, TILTED, picture, read_picture
 
 

@@ -8,10 +8,10 @@ import zipfile
 import numpy as np
 import pytest
 
-from laboratory.benchmarks.hostile import instruments
 from precompute.base.failure import GratingError
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.readers.scan_file import CONVERT
+from tests.hostile import instruments
 from tests.precompute.surface.scan_files import GREY8, PIXEL_M, SIZE_UM, TILTED, picture, read_picture
 
 

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from laboratory.check import table_file
 from precompute.base.failure import GratingError
-from precompute.check import table_file
 from precompute.reflectance.matter import parse
 from precompute.table import atlas
 from precompute.table.atlas import FORMAT, HEADER_KEY, read_header

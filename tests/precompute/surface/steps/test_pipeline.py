@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 
+from devtools import ROOT
 from precompute.base.failure import GratingError
 from precompute.surface.height_map import level_plane
 from precompute.surface.relief import prepare
@@ -54,6 +55,11 @@ def test_what_is_no_text_is_no_step(text):
 def test_the_help_names_every_step_and_its_form():
     assert all(f"{kind.form}: " in help_text() for kind in KINDS.values())
     assert KINDS["crop"].form == "crop:LEFT:TOP:RIGHT:BOTTOM" and KINDS["dust"].form == "dust[:K]"
+
+
+def test_the_page_of_scans_has_every_step():
+    page = (ROOT / "docs" / "scans.md").read_text(encoding="utf-8")
+    assert all(f"| `{kind.form.replace('|', ' or ')}` | {kind.help} |" in page for kind in KINDS.values())
 
 
 def test_the_order_counts(levelled):
