@@ -120,7 +120,7 @@ def show(addon: SimpleNamespace, case: Case, bakes: list[Path]) -> int:
 
 def _bake(surface: str, folder: Path) -> Path:
     request = BakeRequest(coherence_length_m=_COHERENCE_M, delta_e=1.0)
-    return Path(bake_to_folder([read_height_map(surface)], request, folder, progress=lambda *_: None)["files"][0])
+    return Path(bake_to_folder([read_height_map(surface)], request, folder)["files"][0])
 
 
 def _translated(addon: SimpleNamespace, captured: Path) -> int | None:

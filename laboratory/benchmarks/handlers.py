@@ -57,7 +57,7 @@ def main(argv: list[str] | None = None) -> int:
     with tempfile.TemporaryDirectory() as folder:
         addon = start_blender(Path(folder))
         request = BakeRequest(delta_e=_DELTA_E)
-        bake = bake_to_folder([read_height_map(_SURFACE)], request, Path(folder), progress=lambda *_: None)
+        bake = bake_to_folder([read_height_map(_SURFACE)], request, Path(folder))
         rows = []
         report.say(f"{'ms':34}" + "".join(f"{column:>17}" for column in _COLUMNS), arguments.json)
         for name in arguments.scene or SCENES:

@@ -77,7 +77,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def _bake(folder: Path, channels: str) -> Path:
     request = BakeRequest(illuminant=canonical(_LIGHTS[channels]))
-    made = bake_to_folder([read_height_map(_SURFACE)], request, folder / channels, progress=lambda *_: None)
+    made = bake_to_folder([read_height_map(_SURFACE)], request, folder / channels)
     return Path(made["files"][0])
 
 

@@ -49,7 +49,7 @@ class Worlds(Studio):
                 folder = self.folder / Path(name).stem
                 folder.mkdir()
                 scan = read_height_map(str(_FOLDER / name), 65, height_nm)
-                facts = bake_to_folder([scan], BakeRequest(), folder, progress=lambda *_: None)
+                facts = bake_to_folder([scan], BakeRequest(), folder)
                 yield name, Path(facts["files"][0])
 
     def blazes(self) -> Iterator[tuple[str, Path]]:
@@ -58,7 +58,7 @@ class Worlds(Studio):
             folder = self.folder / f"blazed{number}"
             folder.mkdir()
             request = BakeRequest(matter=parse(text))
-            facts = bake_to_folder([make_sample("blazed")], request, folder, progress=lambda *_: None)
+            facts = bake_to_folder([make_sample("blazed")], request, folder)
             yield f"blazed, {text}", Path(facts["files"][0])
 
     def material(self, bake: Path, lights: str):

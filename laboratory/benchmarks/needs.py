@@ -159,7 +159,7 @@ class Scene:
         folder = self.pictures / f"{self.name}_exact"
         surface = read_height_map(f"sample:{SCENES[self.name][0]}")
         request = BakeRequest(delta_e=_EXACT, coherence_length_m=self.table()[0].coherence_length_m)
-        facts = bake_to_folder([surface], request, folder, progress=lambda *_: None)
+        facts = bake_to_folder([surface], request, folder)
         table = replace(atlas.read(Path(facts["files"][0]))[0], wider=())
         cell = cell_for(len(table.terms), table.inner, table.sigma_b, spacings=(Spacing(_EXACT_RATIO, 0.0),))
         return with_levels(table, cell)

@@ -140,7 +140,7 @@ class Studio:
     def started(cls, folder: Path, pixels: int) -> Self:
         """Start with the add-on of this tree and a bake of the Elaphe sample in a folder."""
         addon = start_blender(folder)
-        facts = bake_to_folder([read_height_map(_SURFACE)], BakeRequest(), folder, progress=lambda *_: None)
+        facts = bake_to_folder([read_height_map(_SURFACE)], BakeRequest(), folder)
         return cls(addon, folder, pixels, Path(facts["files"][0]))
 
     def build(self, scene: str) -> None:

@@ -72,7 +72,10 @@ class BakeRequest:
                         scan's lower left corner. None: the scan's middle
     spread_deg          the standard deviation, in degrees, of the directions in which the skin lies; None: one way
     levelling           the steps that level and repair each scan, in order
-    scans               scans of one skin; their spectra are averaged"""
+    scans               scans of one skin; their spectra are averaged
+
+    >>> BakeRequest(delta_e=2, coherence_length_m=4e-6).as_dict()["coherence_um"]
+    4.0"""
 
     delta_e: float = 1.0
     coherence_length_m: float | None = None

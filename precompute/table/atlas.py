@@ -421,7 +421,13 @@ def read_sound_header(path: Path) -> tuple[Layout, dict[str, Any]]:
 
 
 def read(path: Path) -> tuple[Table, dict[str, Any]]:
-    """Read the bake in an atlas file, and its header record. Raises GratingError as read_sound_header does."""
+    """Read the bake in an atlas file, and its header record. Raises GratingError as read_sound_header does.
+
+    The library's page calls it read_bake:
+
+    >>> table, record = read_bake(Path("bakes/blazed.exr"))
+    >>> table.illuminant, record["request"]["delta_e"]
+    ('D65', 2)"""
     picture = open_picture(path)
     layout, record = _parse(picture)
     return unpack(picture.pixels(), layout), record

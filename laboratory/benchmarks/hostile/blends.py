@@ -87,7 +87,7 @@ def main(argv: Sequence[str]) -> None:
     (folder / "file").mkdir()
     scan = write_scan(folder / "file" / "waves.png")
     surface = read_height_map(str(scan), 4.0, 100.0)
-    bake = bake_to_folder([surface], BakeRequest(), folder, progress=lambda *_: None)
+    bake = bake_to_folder([surface], BakeRequest(), folder)
     blend = build(addon, scan, Path(bake["files"][0]))
     with (folder / "outcomes").open("w") as written:
         for name in names:

@@ -57,7 +57,11 @@ def read_height_map(
     channel    label of an instrument's channel, or the label's beginning, in any case; None for the topography, and for
                pictures and synthetic surfaces
 
-    Raises GratingError, also for a value that the source does not need, and for implausible pixels or relief."""
+    Raises GratingError, also for a value that the source does not need, and for implausible pixels or relief.
+
+    >>> scan = read_height_map("sample:blazed")
+    >>> scan.height_m.shape, f"{scan.size_m[1] * 1e6:.0f} um wide"
+    ((832, 832), '65 um wide')"""
     if is_synthetic(source):
         what = "a grating by its parameters" if source.startswith(GRATING_PREFIX) else "a sample"
         _refuse(source, what, size_um=size_um, height_nm=height_nm, channel=channel)

@@ -179,7 +179,7 @@ def test_a_width_replaces_the_file_s_own_with_a_warning(tmp_path, fails):
     assert height_map.size_m == pytest.approx((9.99999e-6 / COLS * ROWS / 2, 9.99999e-6))
     told = "the width is 10 um as given, instead of the 2000 nm in the file"
     assert ("size", "usable", told) in [(f.topic, f.light, f.sentence) for f in describe(height_map).quality.findings]
-    facts = bake_to_folder([height_map], BakeRequest(), tmp_path / "out", progress=lambda *_: None)
+    facts = bake_to_folder([height_map], BakeRequest(), tmp_path / "out")
     assert facts["levelling"][0] == f"warning: {told}"
     assert "a Gwyddion Simple Field file does not need it; leave out --height-nm" in fails("a.gsf", whole, height_nm=1)
 
