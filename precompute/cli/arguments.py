@@ -17,7 +17,7 @@ from ..base.failure import GratingError
 from ..colour.illuminants import LAMPS, OWN_MAX, illuminant_of, lamp_of
 from ..reflectance.films import METALS
 from ..reflectance.matter import Matter, parse
-from ..render_job.frame_ranges import parse_frames
+from ..render_job.plan import parse_frames
 from ..surface.generated.kinds import KINDS
 from ..surface.height_map import HeightMap
 from ..surface.readers.reader_registry import read_height_map

@@ -18,8 +18,8 @@ from ..base.progress import span_of
 from ..base.strict import read_json
 from ..colour.illuminants import FIRST
 from ..colour.spaces import RGB_SPACES, lamp_line
+from ..measure.errors import stated_errors
 from ..measure.shown_colours import told
-from ..measure.stated_errors import stated_errors
 from ..presets.presets import preset_names, read_preset
 from ..table import atlas
 from ..table.sample_set import path_beside

@@ -14,8 +14,21 @@ from ..base.files import can_be_a_path, read_limited
 from ..presets.presets import read_preset
 from ..reflectance.matter import parse as parse_matter
 from ..surface.height_map import is_synthetic
-from .frame_ranges import parse_frames
-from .plan import AZIMUTH, ELEVATION, ENGINES, FACTOR, FOLDERS, FRAME, LAMPS_MAX, SAMPLES, SEED, SIDE, ZOOM, plain_name
+from .plan import (
+    AZIMUTH,
+    ELEVATION,
+    ENGINES,
+    FACTOR,
+    FOLDERS,
+    FRAME,
+    LAMPS_MAX,
+    SAMPLES,
+    SEED,
+    SIDE,
+    ZOOM,
+    parse_frames,
+    plain_name,
+)
 from .tables import Limits, Table
 
 EXAMPLE = """\

@@ -20,7 +20,6 @@ from typing import Any
 
 from ..base.failure import GratingError
 from ..base.files import short_stem, write_whole
-from .frame_ranges import FRAME_MAX, FRAME_MIN
 from .tables import Limits, Table
 
 PLAN_FORMAT = 1
@@ -32,10 +31,11 @@ PICTURES_MAX = 100_000
 LAMPS_MAX = 100
 ENGINES = ("cycles", "eevee")
 # Blender's limits of frames and seeds, and limits of what a picture may be.
-FRAME, SEED = Limits(FRAME_MIN, FRAME_MAX), Limits(0, 2**31 - 1)
+FRAME, SEED = Limits(-1_048_574, 1_048_574), Limits(0, 2**31 - 1)
 SAMPLES, SIDE = Limits(1, 1 << 24), Limits(4, 65536)
 ZOOM, FACTOR = Limits(1e-3, 1e3), Limits(0.0, 1e6)
 AZIMUTH, ELEVATION = Limits(-360.0, 360.0), Limits(-90.0, 90.0)
+_RANGE = re.compile(r"(-?\d{1,7})(?:-(-?\d{1,7})(?::(\d{1,7}))?)?", re.ASCII)
 _REMEDY = "run the job's earlier steps again"
 
 
@@ -66,6 +66,26 @@ class Picture:
     denoise: bool | None
     width: int | None
     height: int | None
+
+
+def parse_frames(text: str) -> tuple[int, ...]:
+    """The frames of a text such as "1-24:2, 30", in its order, each once. Raises ValueError, with the faulty part, for
+    any other text, and at the part with which there are more than PICTURES_MAX."""
+    frames: dict[int, None] = {}
+    named = 0
+    for part in text.split(","):
+        match = _RANGE.fullmatch(part.strip())
+        if match is None:
+            raise ValueError(part.strip())
+        first = int(match[1])
+        last, step = int(match[2] or first), int(match[3] or 1)
+        if not FRAME.low <= first <= last <= FRAME.high or step == 0:
+            raise ValueError(part.strip())
+        named += len(range(first, last + 1, step))
+        if named > PICTURES_MAX:
+            raise ValueError(part.strip())
+        frames.update(dict.fromkeys(range(first, last + 1, step)))
+    return tuple(frames)
 
 
 def plain_name(text: str) -> str:

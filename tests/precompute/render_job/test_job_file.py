@@ -8,10 +8,17 @@ import pytest
 
 from precompute.base.failure import GratingError
 from precompute.presets.presets import FOLDER as PRESETS
-from precompute.render_job.frame_ranges import parse_frames
 from precompute.render_job.job_file import EXAMPLE, read_job
 from precompute.render_job.pictures import pictures_of, scene_names
-from precompute.render_job.plan import PLAN_FORMAT, plain_name, plan_of, read_plan, recipe_of_plan, write_record
+from precompute.render_job.plan import (
+    PLAN_FORMAT,
+    parse_frames,
+    plain_name,
+    plan_of,
+    read_plan,
+    recipe_of_plan,
+    write_record,
+)
 
 THUMBNAILS = """
 output = "thumbnails"
