@@ -4,7 +4,7 @@
 import tomllib
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,12 +22,13 @@ from .plan import (
     FOLDERS,
     FRAME,
     LAMPS_MAX,
-    SAMPLES,
+    QUALITY,
     SEED,
-    SIDE,
     ZOOM,
+    Picture,
     parse_frames,
     plain_name,
+    values_in,
 )
 from .tables import Limits, Table
 
@@ -129,10 +130,7 @@ class Views:
     zooms: tuple[float, ...] = ()
     engines: tuple[str, ...] = ()
     seeds: tuple[int, ...] = ()
-    samples: int | None = None
-    denoise: bool | None = None
-    width: int | None = None
-    height: int | None = None
+    quality: Mapping[str, Any] = field(default_factory=dict)  # of every picture (plan.py)
 
 
 @dataclass(frozen=True)
@@ -170,7 +168,7 @@ def read_job(path: Path, *, opened: Path | None = None, output: Path | None = No
         named, written = whole.text("scene"), whole.text("output") or path.stem
         for key, value in (("scene", named), ("output", written)):
             if value is not None and not can_be_a_path(value):
-                raise whole.fault(key, "no name of a file", "give a path")
+                raise whole.fault(key, "not a file name", "give a path")
         scene = opened if named is None else folder / named
         needs = bool(whole.flag("needs"))
         views = _views(whole.table("pictures"))
@@ -201,10 +199,7 @@ def _views(table: Table) -> Views:
             table.numbers("zooms", ZOOM),
             table.texts("engines", ENGINES),
             table.integers("seeds", SEED),
-            table.integer("samples", SAMPLES),
-            table.flag("denoise"),
-            table.integer("width", SIDE),
-            table.integer("height", SIDE),
+            values_in(table, Picture, QUALITY),
         )
 
 
@@ -283,14 +278,14 @@ def _sweep(table: Table) -> Sweep:
         if not sweep.lamp:
             raise table.fault("lamp", "is missing", "name a lamp of the scene")
         if bool(sweep.azimuth_deg) != bool(sweep.elevation_deg):
-            raise table.fault("azimuth_deg", "one angle says no direction", "give azimuth_deg and elevation_deg")
+            raise table.fault("azimuth_deg", "one angle alone gives no direction", "give azimuth_deg and elevation_deg")
     return sweep
 
 
 def _check_names(path: Path, key: str, names: list[str]) -> None:
     """Raise GratingError if two have the same name."""
     if doubles := sorted(name for name, count in Counter(names).items() if count > 1):
-        raise GratingError(path, f"{key}: {', '.join(doubles)} stands twice", "give each a name of its own")
+        raise GratingError(path, f"{key}: {', '.join(doubles)} appears twice", "give each a name of its own")
 
 
 def as_record(surface: Surface) -> Mapping[str, Any]:
