@@ -124,7 +124,7 @@ def rim_by_depth(rows: Sequence[Row]) -> str:
 def mixes(rows: Sequence[Row]) -> str:
     """What mixes of Stam's form and the small slope form give for keratin to depth 0.2, where scalar theory has orders.
 
-    A material sees w, and no number of an order, so an exponent may depend on w alone."""
+    A material knows w, but not the order, so an exponent can depend only on w."""
     shallow = [row for row in rows if _is_keratin(row.case) and row.case.depth in SHALLOW and has_scalar(row)]
     groups = {
         "first orders": [row for row in shallow if abs(row.order) == 1],

@@ -183,7 +183,7 @@ def _attempt(reliefs: Sequence[Relief], request: BakeRequest, progress: Progress
     planned, carried_out = (_PLANNED, _CARRIED_OUT) if request.spread_deg is None else (_SPREAD, _CARRIED_OUT_SPREAD)
     if not request.needs.is_reached:
         raise GratingError(
-            source, "two directions above the surface never have the u, v and w of its needs", "widen their ranges"
+            source, "no directions of light and view have the u, v and w of its needs", "widen their ranges"
         )
     try:
         chosen = model.plan(reliefs, request, progress=span_of(progress, 0, planned))

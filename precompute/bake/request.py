@@ -119,7 +119,7 @@ def request_from(record: object, source: str) -> BakeRequest:
     known = {*BakeRequest().as_dict(), *_LATER_KEYS}
     if not isinstance(record, Mapping):
         raise GratingError(
-            source, "holds no request for a bake", "give the .exr that `bake` wrote, or the JSON of a request"
+            source, "has no request for a bake", "give the .exr that `bake` wrote, or the JSON of a request"
         )
     for key in record:
         if key not in known:
@@ -159,7 +159,7 @@ def _scan(source: str, record: Any) -> Scan:
     if channel is not None and not isinstance(channel, str):
         raise GratingError(source, f"scans: channel: cannot be {channel!r:.30}", "give a name")
     if not can_be_a_path(record["source"]):
-        raise GratingError(source, "scans: source: no name of a file", "give the scan's")
+        raise GratingError(source, "scans: source: not a file name", "give the name of the scan's file")
     size_um, height_nm = (
         None if record.get(key) is None else number_in(source, f"scans: {key}", record[key], limits=limits)
         for key, limits in (("size_um", SIZE_UM), ("height_nm", HEIGHT_NM))

@@ -152,7 +152,7 @@ def _of_preset(arguments: argparse.Namespace) -> BakeRequest:
             raise GratingError(what, f"{option} is given too", f"leave {option} out, as the preset decides it")
     request = replace(read_preset(arguments.preset).request, **_given(arguments))
     if request.model == "patch" and request.matter.baked:
-        fault = f"the patch model is of a dielectric, and the preset is of {request.matter}"
+        fault = f"the patch model takes only a dielectric, and the preset is of {request.matter}"
         raise GratingError(what, fault, "take --model ensemble")
     return request
 

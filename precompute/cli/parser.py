@@ -52,7 +52,7 @@ class OneLineParser(argparse.ArgumentParser):
         """Like argparse's. An option whose value is `--` is an error."""
         for each in args or ():
             if _DASHES_AS_VALUE.fullmatch(each):
-                self.error(f"{each}: `--` is no value")
+                self.error(f"{each}: `--` is not a value")
         return super().parse_known_args(args, namespace)
 
     def error(self, message: str) -> NoReturn:

@@ -61,7 +61,7 @@ class HeightMap:
     def __post_init__(self) -> None:
         height = np.asarray(self.height_m, dtype=np.float64).view()
         if height.ndim != 2 or height.size == 0:
-            raise GratingError(self.source, f"heights of shape {height.shape} are no map", "give rows by columns")
+            raise GratingError(self.source, f"heights of shape {height.shape} are not a map", "give rows by columns")
         pixel = tuple(float(side) for side in self.pixel_size_m)
         if len(pixel) != 2 or not all(math.isfinite(side) and side > 0 for side in pixel):
             raise GratingError(self.source, f"pixel size {pixel} m is not positive", "give the real size of the scan")

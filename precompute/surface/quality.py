@@ -321,7 +321,7 @@ def _pixel(height_map: HeightMap, waves: Waves) -> Finding:
 
 def _slopes(centre: np.ndarray, height_map: HeightMap) -> Finding:
     if min(centre.shape) < 2:
-        return Finding("slopes", "good", "too few pixels to tell slopes", 0.0)
+        return Finding("slopes", "good", "too few pixels to measure slopes", 0.0)
     dy, dx = height_map.pixel_size_m
     along_y, along_x = np.diff(centre[:, :-1], axis=0) / dy, np.diff(centre[:-1], axis=1) / dx
     steep = float((along_y**2 + along_x**2 > 1).mean())
@@ -521,7 +521,7 @@ class Description:
                 f"grating: {_told(gratings[0])}; it sends out the most light of all waves {band}, which show colours"
             )
         else:
-            lines.append(f"grating: none; no wave {band}, which would show colours, stands out")
+            lines.append(f"grating: none; no wave stands out {band}, where gratings show colours")
         if noise is not None:
             reason = (
                 "the scan in the other direction lacks it; compare its channel, or turn the sample"

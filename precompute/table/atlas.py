@@ -455,7 +455,7 @@ def parse(
             raise GratingError(path, f"its header's {name} is {value!r:.40}", "bake it again")
     layout = layout_type(**values)
     if not layout.is_valid:
-        raise GratingError(path, "its header says what no picture of this kind can have", "bake it again")
+        raise GratingError(path, "its header has values that no picture of this kind has", "bake it again")
     if picture.shape != (layout.height, layout.width, len(channels)):
         raise GratingError(path, "the picture is not the size that its header says", "bake it again")
     return layout, record

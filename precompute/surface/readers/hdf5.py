@@ -86,7 +86,7 @@ def _maps(file: BinaryIO) -> list[StoredMap]:
         return _jpk_maps(root)
     if nanosurf_hdf5.VERSION in root.attributes:
         return nanosurf_hdf5.nanosurf_maps(root)
-    raise ValueError("neither of Nanosurf nor of JPK")
+    raise ValueError("neither a Nanosurf nor a JPK file")
 
 
 def _begins(beginning: bytes) -> bool:

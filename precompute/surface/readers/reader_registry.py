@@ -78,7 +78,7 @@ def read_height_map(
     except OSError as error:
         raise _unreadable(source, error) from error
     except MemoryError as error:
-        raise GratingError(source, "larger than the memory that is free", "crop or reduce the scan") from error
+        raise GratingError(source, "larger than the free memory", "crop or reduce the scan") from error
     _refuse_beyond_reason(height_map)
     return height_map
 
@@ -105,7 +105,7 @@ def reader_of(source: str) -> Reader:
         if stat.S_ISDIR(kind):
             raise GratingError(source, "is a directory", "name one file in it")
         if not stat.S_ISREG(kind):
-            raise GratingError(source, "is no file", "name a file of heights")
+            raise GratingError(source, "is not a file", "name a file of heights")
         with path.open("rb") as file:
             beginning = file.read(BEGINNING_BYTES)
     except (OSError, ValueError) as error:  # ValueError: a name with a zero byte

@@ -161,7 +161,7 @@ def test_the_synthetic_scan_is_rough_and_level():
     [
         (["--shared", "nowhere"], "nowhere: there is no such folder"),
         (["--output", "README.md"], "is a file; name a folder"),
-        (["--json", "nowhere/facts.json"], "its folder is not there"),
+        (["--json", "nowhere/facts.json"], "its folder does not exist"),
     ],
 )
 def test_a_refusal_is_one_line(arguments, said, tmp_path, monkeypatch, capsys):

@@ -83,7 +83,7 @@ FAULTS = [
     (WORKING | {"colour": 1}, "foil.json: colour: no such key of a preset; there are title"),
     ({k: v for k, v in WORKING.items() if k != "sources"}, "foil.json: sources: is missing; add `sources`"),
     (WORKING | {"title": "a\nb"}, r"foil.json: title: cannot be 'a\nb'; give a text"),
-    (WORKING | {"request": []}, "foil.json: request: holds no request"),
+    (WORKING | {"request": []}, "foil.json: request: has no request"),
     (WORKING | {"request": {}}, "foil.json: request: names no scan; add"),
     (WORKING | {"request": WORKING["request"] | {"matter": "cheese"}}, "foil.json: request: matter: cheese: is not"),
     (scan("skin.nid"), "foil.json: request: skin.nid is a file; give sample:NAME"),

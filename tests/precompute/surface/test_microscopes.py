@@ -31,7 +31,7 @@ def test_nt_mdt_lists_scans_and_curves(tmp_path, fails):
     assert read_height_map(write(tmp_path, "scan.mdt", whole)).channels == listed
     with pytest.raises(GratingError, match="'FB Out forward' is in 'deg', not in metres"):
         read_height_map(str(tmp_path / "scan.mdt"), channel="FB")
-    with pytest.raises(GratingError, match="'curves' holds curves and no image"):
+    with pytest.raises(GratingError, match="'curves' holds curves, not an image"):
         read_height_map(str(tmp_path / "scan.mdt"), channel="curves")
     only_curves = microscopes.ntmdt_file([microscopes.ntmdt_frame(201, bytes(80), bytes(20))])
     assert "holds curves" in fails("curves.mdt", only_curves)
