@@ -184,12 +184,7 @@ def picture(xyz: np.ndarray, illuminant: str = "D65", percentile: float = 99.5) 
 
     It is exposed so that the given percentile of Y is 1. The specular peak, thousands of times brighter than the
     orders, clips."""
-    luminance = xyz[..., 1][np.isfinite(xyz[..., 1])]
-    level = np.percentile(luminance, percentile)
-    level = level if level > 0 else max(luminance.max(), 1e-30)
-    rgb = shown_rgb(np.nan_to_num(xyz) / level, rgb_from_xyz("Rec.709", illuminant))
-    rgb = np.where(np.isnan(xyz), 1.0, srgb_encode(rgb))
-    return np.rint(rgb[::-1] * 255).astype(np.uint8)
+    return np.where(np.isnan(xyz), np.uint8(255), _coded(xyz / _level(xyz[..., 1], percentile), illuminant))[::-1]
 
 
 # The disc's side and its upper left corner; the strip's upper edge, height and width; all in pixels.
@@ -222,10 +217,10 @@ def view_chart(table: Table, light_deg: float) -> np.ndarray:
     return canvas.pixels()
 
 
-def _level(luminance: np.ndarray) -> float:
+def _level(luminance: np.ndarray, percentile: float = _WHITE) -> float:
     """The luminance that is shown as white."""
     known = luminance[np.isfinite(luminance)]
-    level = float(np.percentile(known, _WHITE))
+    level = float(np.percentile(known, percentile))
     return level if level > 0 else max(float(known.max()), 1e-30)
 
 
