@@ -4,11 +4,10 @@
 `./dev build` runs it; `python -m devtools.make_drafts [--preset cd]`."""
 
 import sys
-from functools import partial
 
 from precompute.bake import cache
 from precompute.cli.parser import OneLineParser
-from precompute.presets.presets import draft_request, preset_names, read_preset, shipped_draft, write_draft
+from precompute.presets.presets import DRAFTS, draft_request, preset_names, read_preset, shipped_draft, write_draft
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -19,7 +18,7 @@ def main(argv: list[str] | None = None) -> int:
         request = draft_request(read_preset(name).request)
         if shipped_draft(name, request) is None:
             height_maps = [scan.read() for scan in request.scans]
-            write_draft(name, request, partial(cache.cached_bake, height_maps, request))
+            write_draft(request, cache.cached_bake(height_maps, request, DRAFTS / name))
         print(name, flush=True)
     return 0
 

@@ -56,9 +56,10 @@ def make_scene(job: Job, name: str, progress: Progress) -> Path:
     if recipe_of_plan(path) != recipe:
         with told_of(path):
             path.parent.mkdir(parents=True, exist_ok=True)
+        needs = measure(job, name, progress) if job.needs else EVERYTHING
         _open(job, surface)
         if surface is not None:
-            _put_on(job, surface, pictures, progress)
+            _put(job, surface, needs, progress)
         path.unlink(missing_ok=True)  # a plan beside another scene would be believed
         save_copy(path.with_name(f"{name}.blend"), relative_remap=True, compress=True)
         _check(pictures)  # last, because it changes the open scene
@@ -128,16 +129,6 @@ def _open(job: Job, surface: Surface | None) -> None:
     for scene in others:
         bpy.data.scenes.remove(scene)
     bpy.context.window.scene = shown
-
-
-def _put_on(job: Job, surface: Surface, pictures: Sequence[Picture], progress: Progress) -> None:
-    """Put a surface on its meshes, baked whole or for what the pictures show."""
-    if not job.needs:
-        _put(job, surface, EVERYTHING, progress)
-        return
-    needs = measure(job, surface.name, progress)
-    _open(job, surface)
-    _put(job, surface, needs, progress)
 
 
 def _put(job: Job, surface: Surface, needs: Needs, progress: Progress) -> Grating:

@@ -92,7 +92,7 @@ def note_matter(group: bpy.types.NodeTree, matter: Matter, illuminant: str) -> N
     if matter.has_plate:
         group[_PLATE] = matter.plate_ior
     if matter.baked:
-        from ...precompute.colour.smooth_colour import smooth_colour  # a dielectric does not need it
+        from ...precompute.colour.spaces import smooth_colour  # a dielectric does not need it
 
         colours = smooth_colour(matter, _COSINES, space=working_space(), illuminant=illuminant)
         group[_COLOURS] = colours.ravel().tolist()

@@ -28,7 +28,7 @@ from ...precompute.base.files import told_of, write_together
 from ...precompute.base.progress import Progress, silent
 from ...precompute.colour.channels import light_for
 from ...precompute.colour.spaces import lamp_line
-from ...precompute.measure.stated_errors import stated_errors
+from ...precompute.measure.errors import stated_errors
 from ...precompute.presets.presets import Preset, draft_request, shipped_draft
 from ...precompute.surface.height_map import is_synthetic
 from ...precompute.surface.steps.pipeline import WARNING

@@ -26,7 +26,6 @@ import numpy as np
 
 from precompute.bake import make
 from precompute.bake.request import BakeRequest, Scan
-from precompute.base.progress import silent
 from precompute.cli.arguments import count
 from precompute.cli.parser import OneLineParser
 from precompute.presets.presets import draft_request
@@ -107,7 +106,7 @@ def measure(scan: Scan, quality: str, transforms: int = 5) -> dict[str, Any]:
     seconds: Counter[str] = Counter()
     with tempfile.TemporaryDirectory() as folder, clocked(seconds):
         height_map = scan.read()
-        make.bake_to_folder([height_map], request, Path(folder), progress=silent)
+        make.bake_to_folder([height_map], request, Path(folder))
     peak = make.peak_bytes()
     field = np.random.default_rng(0).standard_normal(height_map.height_m.shape) + 0j
     transform = min(_seconds_of_transform(field) for _ in range(transforms))

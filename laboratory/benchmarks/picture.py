@@ -178,7 +178,7 @@ class Stage:
         if key not in self.bakes:
             request = BakeRequest(delta_e=budget, needs=needs, coherence_length_m=self.coherence_length_m)
             folder = self.folder / f"{self.of.name}_{budget:g}_{len(self.bakes)}"
-            facts = bake_to_folder([read_height_map(self.surface)], request, folder, progress=lambda *_: None)
+            facts = bake_to_folder([read_height_map(self.surface)], request, folder)
             self.bakes[key] = Path(facts["files"][0])
         return self.bakes[key]
 

@@ -441,7 +441,7 @@ def read_table(path: Path) -> Table:
         )
     fault = _fault_of_layout(record["layout"], picture) or _fault_of_provenance(record)
     if fault:
-        raise GratingError(path, f"its header's {fault} cannot be, or does not fit its picture", "bake it again")
+        raise GratingError(path, f"its header's {fault} is invalid, or does not fit its picture", "bake it again")
     return _table(picture.pixels(), record)
 
 

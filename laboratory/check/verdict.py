@@ -91,7 +91,7 @@ def claims(table: Table, bake: Path) -> dict[str, float]:
         and all(JOINT not in lamp and is_illuminant(lamp) for lamp in told)
         and all(type(claim) in (int, float) and claim >= 0 for claim in told.values())
     ):
-        raise GratingError(bake, "its header's lamps_claim cannot be", "bake it again")
+        raise GratingError(bake, "its header's lamps_claim is invalid", "bake it again")
     return {lamp: float(claim) for lamp, claim in told.items()}
 
 

@@ -23,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--delta-e",
         type=number(*DELTA_E),
         metavar="DE",
-        help="colour difference that the bake must keep; default: the one that was asked of it",
+        help="limit of the colour error; default: the limit that the bake was made for",
     )
     parser.add_argument(
         "--groups", type=count(1, 1000), default=2, metavar="N", help="number of values of w; default 2"

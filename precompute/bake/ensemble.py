@@ -160,10 +160,10 @@ def plan(
     with a patch, and for a spread of the directions of a surface that wraps or of a profile."""
     if request.patch_um is not None:
         remedy = ("choose ", Setting.MODEL, f" {MODELS[1]}, or leave ", Setting.PATCH_UM, " out")
-        raise GratingError("", "the ensemble model is the mean over all places of its window", remedy)
+        raise GratingError("", "the ensemble model averages over all places of the scan", remedy)
     reliefs = (reliefs,) if isinstance(reliefs, Relief) else tuple(reliefs)
     if request.spread_deg is not None and any(relief.periodic or 1 in relief.height_m.shape for relief in reliefs):
-        fault = "only a scan of an area whose edges do not wrap has directions to spread"
+        fault = "a surface whose edges wrap, or a profile, has only one direction"
         raise GratingError("", fault, ("leave ", Setting.SPREAD_DEG, " out"))
     delta_e, needs = request.delta_e, request.needs
     asked_m, plate_ior = request.coherence_length_m, request.matter.plate_ior

@@ -183,7 +183,7 @@ def _attempt(reliefs: Sequence[Relief], request: BakeRequest, progress: Progress
     planned, carried_out = (_PLANNED, _CARRIED_OUT) if request.spread_deg is None else (_SPREAD, _CARRIED_OUT_SPREAD)
     if not request.needs.is_reached:
         raise GratingError(
-            source, "two directions above the surface never have the u, v and w of its needs", "widen their ranges"
+            source, "no directions of light and view have the u, v and w of its needs", "widen their ranges"
         )
     try:
         chosen = model.plan(reliefs, request, progress=span_of(progress, 0, planned))
@@ -243,12 +243,17 @@ _ERRORS = ("mean", "p95", "p99", "max", "pairs")
 
 
 def bake_to_folder(
-    height_maps: Sequence[HeightMap], request: BakeRequest, folder: Path, *, progress: Progress
+    height_maps: Sequence[HeightMap], request: BakeRequest, folder: Path, *, progress: Progress = silent
 ) -> dict[str, Any]:
     """Bake height maps into a folder: the table's file and the sample set's file.
 
     Returns the run's facts, as for `--json`; the table's file comes first in `files`. Raises GratingError as
-    `check_can_write`, `make` and `write_together` do."""
+    `check_can_write`, `make` and `write_together` do.
+
+    >>> request = BakeRequest(delta_e=2, coherence_length_m=4e-6)
+    >>> facts = bake_to_folder([read_height_map("sample:blazed")], request, Path("bakes"))
+    >>> [Path(file).name for file in facts["files"]], facts["delta_e"]["p99"] < 2
+    (['blazed.exr', 'blazed.lobes.exr'], True)"""
     check_can_write()
     reliefs, told = _levelled(height_maps, request, progress=span_of(progress, 0, _LEVELLED))
     source = ", ".join(height_map.source for height_map in height_maps)

@@ -96,7 +96,7 @@ def needs_of(record: object, source: str) -> Needs:
         raise GratingError(source, f"not a needs file of format {FORMAT}", f'it begins {{"format": {FORMAT}, ...')
     if not isinstance(record.get("measured", {}), dict):
         raise GratingError(
-            source, "measured: is no object", "give an object that says how the file was made, or leave it out"
+            source, "measured: is not an object", "give an object that says how the file was made, or leave it out"
         )
     unknown = sorted(set(record) - {"format", *_LIMITS, "light_radius_deg", "footprint", "measured"})
     if unknown:

@@ -176,15 +176,15 @@ def plan(
     window_at does."""
     if len(reliefs) != 1:
         remedy = ("give one, or take ", Setting.MODEL, " ensemble")
-        raise GratingError(f"{len(reliefs)} scans", "the patch model is of one", remedy)
+        raise GratingError(f"{len(reliefs)} scans", "the patch model takes one", remedy)
     if request.matter.baked:
         raise GratingError(
-            "", "the patch model is of a dielectric",
+            "", "the patch model takes only a dielectric",
             ("choose ", Setting.MODEL, f" {MODELS[0]}, or ", Setting.MATTER, f" {DIELECTRIC}"),
         )  # fmt: skip
     if request.spread_deg is not None:
         other = ("choose ", Setting.MODEL, f" {MODELS[0]}, or leave ", Setting.SPREAD_DEG, " out")
-        raise GratingError("", "one patch lies in one direction", other)
+        raise GratingError("", "the patch model has only one direction", other)
     needs, delta_e = request.needs, request.delta_e
     needs = replace(needs, w=(max(needs.w[0], W_MIN), needs.w[1]))
     if needs.w[1] - needs.w[0] < WIDTH_MIN:

@@ -479,6 +479,6 @@ def too_fine(coherence_length_m: float, delta_e: float) -> GratingError:
     longest = coherence.coherence_length(max(texels, TEXELS_MIN) * texel_size(RESOLUTION_MAX))
     return GratingError(
         f"coherence of {coherence_length_m * 1e6:.3g} um",
-        f"finer than the largest table holds at a dE00 of {delta_e:g}",
+        f"too fine for the largest table at a dE00 of {delta_e:g}",
         f"ask for at most {math.floor(longest * 1e6)} um",
     )

@@ -5,10 +5,10 @@ A request comes from the command line or from Blender's panel. It is stored in t
 `bake --request` repeats the bake, and it is part of the cache's key.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from ..base.failure import GratingError
 from ..base.files import can_be_a_path
@@ -22,6 +22,7 @@ from ..surface.steps.pipeline import DEFAULT, steps_of
 from ..surface.steps.step import Step
 from .needs import EVERYTHING, Needs, needs_of
 
+T = TypeVar("T")
 # The names of the models of coherence (make.py).
 MODELS = ("ensemble", "patch")
 # The limits of a request's numbers. CIEDE2000 of black and white is 100. An error of 1e-3 needs spectra to 2e-7 of
@@ -72,7 +73,10 @@ class BakeRequest:
                         scan's lower left corner. None: the scan's middle
     spread_deg          the standard deviation, in degrees, of the directions in which the skin lies; None: one way
     levelling           the steps that level and repair each scan, in order
-    scans               scans of one skin; their spectra are averaged"""
+    scans               scans of one skin; their spectra are averaged
+
+    >>> BakeRequest(delta_e=2, coherence_length_m=4e-6).as_dict()["coherence_um"]
+    4.0"""
 
     delta_e: float = 1.0
     coherence_length_m: float | None = None
@@ -116,31 +120,30 @@ def request_from(record: object, source: str) -> BakeRequest:
     known = {*BakeRequest().as_dict(), *_LATER_KEYS}
     if not isinstance(record, Mapping):
         raise GratingError(
-            source, "holds no request for a bake", "give the .exr that `bake` wrote, or the JSON of a request"
+            source, "has no request for a bake", "give the .exr that `bake` wrote, or the JSON of a request"
         )
     for key in record:
         if key not in known:
             raise GratingError(source, f"{key:.40}: no such key of a request", f"there are {', '.join(sorted(known))}")
-    found = BakeRequest(
+    optional = {
+        key: None if record.get(key) is None else number_in(source, key, record[key], limits=limits)
+        for key, limits in (("coherence_um", COHERENCE_UM), ("spread_deg", SPREAD_DEG))
+    }
+    length_um = optional["coherence_um"]
+    return BakeRequest(
         delta_e=number_in(source, "delta_e", record.get("delta_e", 1.0), limits=DELTA_E),
-        coherence_length_m=None,
-        illuminant=_illuminant(source, record.get("illuminant", "D65")),
-        matter=_matter(source, record.get("matter", DIELECTRIC)),
+        coherence_length_m=None if length_um is None else length_um * 1e-6,
+        illuminant=_named(source, record, "illuminant", default="D65", read=canonical_illuminant),
+        matter=_named(source, record, "matter", default=DIELECTRIC, read=parse),
         needs=needs_of(record["needs"], source) if "needs" in record else EVERYTHING,
         model=_one_of(source, "model", record.get("model", "ensemble"), MODELS),
-        levelling=DEFAULT,
+        levelling=DEFAULT
+        if "levelling" not in record
+        else steps_of(_list(source, "levelling", record["levelling"]), f"{source}: levelling"),
         scans=_scans(source, _list(source, "scans", record.get("scans", []))),
         patch_um=None if record.get("patch_um") is None else _place(source, record["patch_um"]),
+        spread_deg=optional["spread_deg"],
     )
-    if "levelling" in record:
-        steps = steps_of(_list(source, "levelling", record["levelling"]), f"{source}: levelling")
-        found = replace(found, levelling=steps)
-    if record.get("coherence_um") is not None:
-        length_um = number_in(source, "coherence_um", record["coherence_um"], limits=COHERENCE_UM)
-        found = replace(found, coherence_length_m=length_um * 1e-6)
-    if record.get("spread_deg") is not None:
-        found = replace(found, spread_deg=number_in(source, "spread_deg", record["spread_deg"], limits=SPREAD_DEG))
-    return found
 
 
 def _scans(source: str, records: list[Any]) -> tuple[Scan, ...]:
@@ -156,7 +159,7 @@ def _scan(source: str, record: Any) -> Scan:
     if channel is not None and not isinstance(channel, str):
         raise GratingError(source, f"scans: channel: cannot be {channel!r:.30}", "give a name")
     if not can_be_a_path(record["source"]):
-        raise GratingError(source, "scans: source: no name of a file", "give the scan's")
+        raise GratingError(source, "scans: source: not a file name", "give the name of the scan's file")
     size_um, height_nm = (
         None if record.get(key) is None else number_in(source, f"scans: {key}", record[key], limits=limits)
         for key, limits in (("size_um", SIZE_UM), ("height_nm", HEIGHT_NM))
@@ -177,22 +180,15 @@ def _place(source: str, value: Any) -> tuple[float, float]:
     return x, y
 
 
-def _illuminant(source: str, value: Any) -> str:
+def _named(source: str, record: Mapping[str, Any], key: str, *, default: str, read: Callable[[str], T]) -> T:
+    """What the text under a key names, by `read`."""
+    value = record.get(key, default)
     if not isinstance(value, str):
-        raise GratingError(source, f"illuminant: cannot be {value!r:.30}", "give a text, such as D65")
+        raise GratingError(source, f"{key}: cannot be {value!r:.30}", f"give a text, such as {default}")
     try:
-        return canonical_illuminant(value)
+        return read(value)
     except GratingError as error:
-        raise error.within(f"{source}: illuminant") from error
-
-
-def _matter(source: str, value: Any) -> Matter:
-    if not isinstance(value, str):
-        raise GratingError(source, f"matter: cannot be {value!r:.30}", "give a text, such as gold")
-    try:
-        return parse(value)
-    except GratingError as error:
-        raise error.within(f"{source}: matter") from error
+        raise error.within(f"{source}: {key}") from error
 
 
 def _one_of(source: str, key: str, value: Any, known: tuple[str, ...]) -> str:

@@ -325,7 +325,7 @@ def _octaves(image: np.ndarray, variance: float) -> list[tuple[np.ndarray, float
 
 
 def _halved(image: np.ndarray, sigma: float) -> np.ndarray:
-    """Every second row of an image (rows, ...), blurred by a Gaussian of sigma rows; no light is beyond its ends."""
+    """Every second row of an image (rows, ...), blurred by a Gaussian of sigma rows; light outside counts as 0."""
     if not sigma:
         return image[::2]
     reach = math.ceil(_CUT * sigma)

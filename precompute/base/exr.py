@@ -29,7 +29,7 @@ _HEAD_BYTES_MAX, _ATTRIBUTES_MAX = LARGEST_BYTES + (1 << 12), 64
 _MAGIC, _SCAN_LINES_OF_VERSION_2 = b"v/1\x01", b"\2\0\0\0"
 _ZIP, _FROM_THE_TOP, _ROWS_IN_BLOCK = b"\3", b"\0", 16
 _KINDS: dict[int, type[np.floating]] = {1: np.float16, 2: np.float32}
-_OF_ANOTHER_KIND = "no bake, but another OpenEXR file", "give the .exr that a bake or `dft` wrote"
+_OF_ANOTHER_KIND = "not a bake, but another OpenEXR file", "give the .exr that a bake or `dft` wrote"
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class Picture:
                     raise ValueError(f"block {block} is not where it should be")
                 values = unpacked(file.read(packed), size).view(self.precision)
                 if not _all_in_range(values):
-                    raise GratingError(self.path, "its picture holds what is no number", "bake it again")
+                    raise GratingError(self.path, "some of its pixels are not numbers", "bake it again")
                 # A file stores its channels in alphabetical order: (A,) B, G, R.
                 yield top, values.reshape(rows, len(self.channels), self.width).transpose(0, 2, 1)[..., ::-1]
 
@@ -120,7 +120,7 @@ def _picture(path: Path, head: bytes) -> Picture:
         raise GratingError(path, *_OF_ANOTHER_KIND)
     width, height = right + 1, bottom + 1
     if min(width, height) < 1 or width * height > TEXELS_MAX:
-        raise GratingError(path, f"no picture of {width} x {height} texels can be", "bake it again")
+        raise GratingError(path, f"a picture of {width} x {height} texels is impossible", "bake it again")
     texts = {name: value for name, (kind, value) in facts.items() if kind == "string"}
     return Picture(path, width, height, "RGBA"[: len(names)], _KINDS[kinds.pop()], texts, end)
 

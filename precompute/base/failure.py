@@ -49,7 +49,13 @@ class GratingError(Exception):
 
     what    the file, the object or the option that it is about; empty if the fault says it
     fault   what is wrong
-    remedy  what to do about it"""
+    remedy  what to do about it
+
+    >>> try:
+    ...     read_height_map("gone.gwy")
+    ... except GratingError as error:
+    ...     print(error)
+    gone.gwy: cannot be read (No such file or directory); check path and permissions"""
 
     def __init__(self, what: str | Path, fault: str, remedy: Words) -> None:
         super().__init__(what, fault, remedy)

@@ -31,7 +31,7 @@ def read_limited(path: Path, most_bytes: int, remedy: str) -> bytes:
     Raises GratingError "PATH: fault; REMEDY" if it cannot be read."""
     try:
         if is_no_file(path):
-            raise GratingError(path, "is no file", remedy)
+            raise GratingError(path, "is not a file", remedy)
         with path.open("rb") as file:
             return file.read(most_bytes + 1)
     except (OSError, ValueError) as error:

@@ -126,6 +126,6 @@ def bundled(module: str, remedy: str = _REMEDY) -> ModuleType:
         name = _NAMES.get(package, package)
         version = ".".join(map(str, sys.version_info[:2]))
         if isinstance(error, ModuleNotFoundError) and (error.name or "").partition(".")[0] == package:
-            raise GratingError(name, f"there is none for Python {version}", remedy) from error
+            raise GratingError(name, f"it is not installed for Python {version}", remedy) from error
         fault = f"{type(error).__name__}: {error}"
         raise GratingError(name, f"cannot be loaded ({fault:.300})", remedy) from error

@@ -17,7 +17,7 @@ from ..base.failure import GratingError
 from ..colour.illuminants import LAMPS, OWN_MAX, illuminant_of, lamp_of
 from ..reflectance.films import METALS
 from ..reflectance.matter import Matter, parse
-from ..render_job.frame_ranges import parse_frames
+from ..render_job.plan import parse_frames
 from ..surface.generated.kinds import KINDS
 from ..surface.height_map import HeightMap
 from ..surface.readers.reader_registry import read_height_map
@@ -138,12 +138,12 @@ def add_bake_options(parser: argparse.ArgumentParser) -> None:
     add_patch(parser, "the patch model's window")
     parser.add_argument(
         "--spread-deg", type=number(*SPREAD_DEG), metavar="DEG",
-        help="average over skins that lie in other directions: the standard deviation of their turns. It averages the "
-        "rays that the speckle of one scan makes, and widens orders along rings; default: one direction",
+        help="average over copies of the skin, turned by random angles of this standard deviation. It averages rays "
+        "that the speckle of one scan makes, and widens orders along rings; default: one direction",
     )  # fmt: skip
     parser.add_argument(
         "--needs", type=path_argument, metavar="NEEDS.json",
-        help="bake only what a scene reaches; inside Blender the verb `needs` writes such a file",
+        help="bake only the directions that a scene shows; in Blender the verb `needs` writes this file",
     )  # fmt: skip
     parser.add_argument(
         "--illuminant", "--spectra", type=illuminant_argument, metavar="LIGHT",

@@ -18,8 +18,8 @@ from ..base.progress import span_of
 from ..base.strict import read_json
 from ..colour.illuminants import FIRST
 from ..colour.spaces import RGB_SPACES, lamp_line
+from ..measure.errors import stated_errors
 from ..measure.shown_colours import told
-from ..measure.stated_errors import stated_errors
 from ..presets.presets import preset_names, read_preset
 from ..table import atlas
 from ..table.sample_set import path_beside
@@ -152,7 +152,7 @@ def _of_preset(arguments: argparse.Namespace) -> BakeRequest:
             raise GratingError(what, f"{option} is given too", f"leave {option} out, as the preset decides it")
     request = replace(read_preset(arguments.preset).request, **_given(arguments))
     if request.model == "patch" and request.matter.baked:
-        fault = f"the patch model is of a dielectric, and the preset is of {request.matter}"
+        fault = f"the patch model takes only a dielectric, and the preset is of {request.matter}"
         raise GratingError(what, fault, "take --model ensemble")
     return request
 

@@ -112,7 +112,9 @@ def _verify(cache: Cache, arguments: argparse.Namespace) -> None:
     if found:
         is_ = "is" if len(found) == 1 else "are"
         all_removed = all(removed for _, removed in found)
-        remedy = "the damaged are removed, and the next bakes make them again" if all_removed else "run verify --remove"
+        remedy = (
+            "the damaged bakes are removed; the next bakes make them again" if all_removed else "run verify --remove"
+        )
         raise GratingError(cache.folder, f"{len(found)} of {_bakes(entries)} {is_} damaged", remedy)
 
 

@@ -22,8 +22,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.epilog = f"a job's file:\n\n{EXAMPLE}"
     parser.add_argument("job", type=path_argument, metavar="JOB.toml", help="the job's file")
     parser.add_argument("-o", "--output", type=path_argument, metavar="DIR", help="default: what the job's file says")
-    parser.add_argument("--list", action="store_true", help="check the job and list its pictures, and render nothing")
-    parser.add_argument("--sheet", action="store_true", help="only join the pictures that are there in a contact sheet")
+    parser.add_argument("--list", action="store_true", help="only check the job and list its pictures")
+    parser.add_argument("--sheet", action="store_true", help="only write a contact sheet of the finished pictures")
     parser.add_argument(
         "--bundle",
         type=path_argument,
@@ -31,7 +31,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="only write the job for a farm: Open Job Description, Flamenco",
     )
     parser.add_argument(
-        "--bundle-per-task", type=count(1, 10_000), default=1, metavar="K", help="pictures of a farm's task; default 1"
+        "--bundle-per-task",
+        type=count(1, 10_000),
+        default=1,
+        metavar="K",
+        help="pictures per task of a farm; default 1",
     )
     parser.add_argument("--json", type=name_argument, metavar="FILE|-", help="write the list as JSON")
 

@@ -10,12 +10,15 @@ import re
 import signal
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import NoReturn
 
 from ..base.failure import GratingError, printable
 from ..base.strict import failure_line
 from .printing import check_targets, leave_to_nobody
 
+# The console command of an installed library.
+COMMAND = "natural-gratings"
 # The help text of each verb.
 VERBS = {
     "info": "size, relief and periods of a height map",
@@ -48,7 +51,7 @@ class OneLineParser(argparse.ArgumentParser):
         """Like argparse's. An option whose value is `--` is an error."""
         for each in args or ():
             if _DASHES_AS_VALUE.fullmatch(each):
-                self.error(f"{each}: `--` is no value")
+                self.error(f"{each}: `--` is not a value")
         return super().parse_known_args(args, namespace)
 
     def error(self, message: str) -> NoReturn:
@@ -112,7 +115,8 @@ def build_parser(
     argv: Sequence[str] = tuple(VERBS), packages: Mapping[str, Mapping[str, str]] = PACKAGES
 ) -> OneLineParser:
     """Build the parser of every verb of the packages. Only the verbs in `argv` are loaded and know their arguments."""
-    parser = OneLineParser(prog="grating", description="From a height map to a diffraction table.")
+    prog = COMMAND if Path(sys.argv[0]).stem == COMMAND else "grating"
+    parser = OneLineParser(prog=prog, description="From a height map to a diffraction table.")
     verbs = parser.add_subparsers(required=True, metavar="VERB", parser_class=OneLineParser)
     for package, texts in packages.items():
         for name, text in texts.items():

@@ -54,7 +54,7 @@ def check_targets(arguments: argparse.Namespace) -> None:
     if facts and facts != "-":
         _check_file(Path(facts))
         if not Path(facts).parent.is_dir():
-            raise GratingError(facts, "its folder is not there", "make it first")
+            raise GratingError(facts, "its folder does not exist", "create it first")
         refuse_to_replace(_inputs(arguments), [Path(facts)])
     output = getattr(arguments, "output", None)
     if output is None:
@@ -73,7 +73,7 @@ def refuse_to_replace(inputs: Iterable[str | Path], targets: Iterable[Path]) -> 
     files = {path for path in map(Path, inputs) if _is_file(path)}
     for target in targets:
         if _is_file(target) and any(target.samefile(path) for path in files):
-            raise GratingError(target, "would be replaced, and is read here", "write to another folder or file")
+            raise GratingError(target, "would be overwritten, but is an input", "write to another folder or file")
 
 
 def _inputs(arguments: argparse.Namespace) -> list[str | Path]:

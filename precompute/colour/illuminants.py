@@ -75,7 +75,7 @@ def read_spectrum(path: Path) -> str:
             raise GratingError(path, f"line {number} has {len(fields)} columns", _REMEDY)
         for field in fields:
             if not _is_number(field):
-                raise GratingError(path, f"line {number}: {field:.20} is no number", _REMEDY)
+                raise GratingError(path, f"line {number}: {field:.20} is not a number", _REMEDY)
     if len(rows) < 2:
         raise GratingError(path, f"has {len(rows)} points", "give at least two wavelengths with their powers")
     nm, power = np.array([[float(field) for field in fields] for _, fields in rows]).T
@@ -98,9 +98,9 @@ def _lines(path: Path) -> list[str]:
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise GratingError(path, "is no text", remedy) from error
+        raise GratingError(path, "is not a text file", remedy) from error
     if "\0" in text:
-        raise GratingError(path, "is no text", remedy)
+        raise GratingError(path, "is not a text file", remedy)
     return text.splitlines()
 
 
@@ -252,7 +252,7 @@ def _one(text: str) -> str:
         return known[plain]
     close = difflib.get_close_matches(plain[:40], [*known, *LAMPS, *CHANNEL_SETS], n=3, cutoff=0.65)
     remedy = f"did you mean {' or '.join(known.get(name, name) for name in close)}?" if close else f"give {_EXAMPLES}"
-    raise GratingError(f"{text:.40}", "is no known illuminant", remedy)
+    raise GratingError(f"{text:.40}", "is not a known illuminant", remedy)
 
 
 def illuminant_of(text: str) -> str:
@@ -280,7 +280,7 @@ def lamp_of(text: str) -> str:
     """The canonical text of one lamp: illuminant_of without several parts. Raises GratingError for them too."""
     found = illuminant_of(text)
     if len(parts_of(found)) > 1:
-        raise GratingError("", f"{text:.40} is no single lamp", "give one, such as 2700K")
+        raise GratingError("", f"{text:.40} is not a single lamp", "give one, such as 2700K")
     return found
 
 

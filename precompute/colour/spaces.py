@@ -9,12 +9,16 @@ of the same luminance, until no component is negative. So all light is kept, wha
 
 addon/materials/atlas_nodes.py does the same with nodes, addon/materials/osl/gamut.osl in a shader.
 
+The colour of a smooth surface of a matter, by the angle that it is seen at.
+
 Perceived colour differences: CIE L*a*b* and CIEDE2000."""
 
 import numpy as np
 
+from ..optics.brdf import fresnel_reflectance
+from ..reflectance.matter import Matter
 from .illuminants import ILLUMINANTS, first_of
-from .observer import is_white, mirror_xyz, white_xyz
+from .observer import is_white, mirror_xyz, seen_wavelengths, spectral_weights, wavelengths, white_xyz
 
 # The xy chromaticities of each space's primaries and white, from ITU-R BT.709, BT.2020 and SMPTE ST 2065 (AP1).
 _D65_XY = (0.3127, 0.3290)
@@ -26,6 +30,10 @@ RGB_SPACES = {
 }
 # The least component of a lamp's colour, by which colours are divided.
 _LEAST = 0.02
+# Of the wavelengths of a smooth surface's colour: fringes of a layer of 10 um are 10 nm apart at 450 nm.
+_STEP_M = 2e-9
+# The least cosine there. At 0 the front face of a plate reflects all light, and its formula divides 0 by 0.
+_COSINE_MIN = 1e-6
 _BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]])
 
 
@@ -143,3 +151,20 @@ def delta_e_2000(lab_1: np.ndarray, lab_2: np.ndarray) -> np.ndarray:
     dc /= 1 + 0.045 * c_mean
     dh /= 1 + 0.015 * c_mean * t
     return np.sqrt(np.maximum(dl**2 + dc**2 + dh**2 + rotation * dc * dh, 0))
+
+
+def smooth_colour(
+    matter: Matter, cosines: np.ndarray, *, space: str = "Rec.709", illuminant: str = "D65"
+) -> np.ndarray:
+    """Linear RGB of a space, then the luminance, of what a smooth surface reflects, (m, 4). A perfect mirror has the
+    luminance 1.
+
+    The cosines (m,) are of the angle of incidence in air. R = `matter.reflectance` and the reflectance r of a plate's
+    front face add up incoherently, with all reflections between both: r + (1 - r)^2 R / (1 - r R)."""
+    cosines = np.maximum(cosines, _COSINE_MIN)
+    lambdas = seen_wavelengths(wavelengths(_STEP_M), illuminant)
+    n = matter.plate_ior
+    inside = matter.reflectance(lambdas, np.sqrt(1 - (1 - cosines**2) / n**2))
+    face = fresnel_reflectance(cosines, n)
+    xyz = (face + (1 - face) ** 2 * inside / (1 - face * inside)).T @ spectral_weights(lambdas, illuminant)
+    return np.column_stack([shown_rgb(xyz, rgb_from_xyz(space, illuminant)), xyz[:, 1]])

@@ -62,7 +62,10 @@ def seen_spectrum(lambdas_m: np.ndarray) -> Seen:
 
 def light_from(theta_i: float, phi_i: float = 0.0) -> np.ndarray:
     """The unit vector (3,) to a light at theta_i radians from the normal. It stands on the -x side, turned
-    counterclockwise by phi_i radians, so that without a turn its mirror image is on the +x side."""
+    counterclockwise by phi_i radians, so that without a turn its mirror image is on the +x side.
+
+    >>> [round(float(x), 3) for x in light_from(np.radians(30)) + 0.0]
+    [-0.5, 0.0, 0.866]"""
     return np.array([-np.sin(theta_i) * np.cos(phi_i), -np.sin(theta_i) * np.sin(phi_i), np.cos(theta_i)])
 
 
@@ -80,7 +83,10 @@ def from_bake(bake: Table, size: int, wi: np.ndarray, *, stam: bool = False) -> 
     """Radiance XYZ (size, size, 3) under unit irradiance from wi (3,), axis 0 along +y, from a bake; NaN outside the
     hemisphere. The lamp is a disc with the kernel's variance, so that its mirror image covers some pixels.
 
-    `stam` asks for Stam's form, else the materials' own (docs/theory.md, BRDF)."""
+    `stam` asks for Stam's form, else the materials' own (docs/theory.md, BRDF). The library's page calls it brdf_map:
+
+    >>> brdf_map(read_bake(Path("bakes/blazed.exr"))[0], 64, light_from(np.radians(30))).shape
+    (64, 64, 3)"""
 
     def xyz(view: np.ndarray) -> np.ndarray:
         return reflected_xyz(bake, wi, view, variance=bake.kernel_variance, stam=stam)
@@ -178,12 +184,7 @@ def picture(xyz: np.ndarray, illuminant: str = "D65", percentile: float = 99.5) 
 
     It is exposed so that the given percentile of Y is 1. The specular peak, thousands of times brighter than the
     orders, clips."""
-    luminance = xyz[..., 1][np.isfinite(xyz[..., 1])]
-    level = np.percentile(luminance, percentile)
-    level = level if level > 0 else max(luminance.max(), 1e-30)
-    rgb = shown_rgb(np.nan_to_num(xyz) / level, rgb_from_xyz("Rec.709", illuminant))
-    rgb = np.where(np.isnan(xyz), 1.0, srgb_encode(rgb))
-    return np.rint(rgb[::-1] * 255).astype(np.uint8)
+    return np.where(np.isnan(xyz), np.uint8(255), _coded(xyz / _level(xyz[..., 1], percentile), illuminant))[::-1]
 
 
 # The disc's side and its upper left corner; the strip's upper edge, height and width; all in pixels.
@@ -216,10 +217,10 @@ def view_chart(table: Table, light_deg: float) -> np.ndarray:
     return canvas.pixels()
 
 
-def _level(luminance: np.ndarray) -> float:
+def _level(luminance: np.ndarray, percentile: float = _WHITE) -> float:
     """The luminance that is shown as white."""
     known = luminance[np.isfinite(luminance)]
-    level = float(np.percentile(known, _WHITE))
+    level = float(np.percentile(known, percentile))
     return level if level > 0 else max(float(known.max()), 1e-30)
 
 

@@ -10,8 +10,9 @@ exposures, and the worst counts. The zero order is measured separately.
 Direction pairs on which an error is measured."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -323,3 +324,14 @@ def _share_deviation(above: np.ndarray, group: np.ndarray | None) -> float:
     excess = np.bincount(group, above - _ABOVE)
     variance = len(excess) * np.mean(np.diff(excess) ** 2) / 2
     return max(independent, math.sqrt(variance) / len(above))
+
+
+def stated_errors(delta_e: Mapping[str, Any]) -> list[str]:
+    """The lines on the CIEDE2000 that a bake keeps in 99 % of the directions: under lamps as small as the sun, which
+    the request limits, and under large ones. An error that the bake did not measure has no line."""
+    errors = {"small": delta_e.get("p99_most"), "large": delta_e.get("wide_p99_most")}
+    return [
+        f"colour error up to {math.ceil(100 * error) / 100:.2f} under {size} lamps"
+        for size, error in errors.items()
+        if isinstance(error, (int, float)) and math.isfinite(error)
+    ]

@@ -99,4 +99,4 @@ def told(spaces: dict[str, Any]) -> str:
         + (f" (dE00 {found['p50']:.1f}, p95 {found['p95']:.1f})" if found["outside"] else "")
         for space, found in spaces.items()
     ]
-    return f"the light's colours that a space lacks: {', '.join(parts)}" if parts else ""
+    return f"colours too pure for a screen, shown greyer: {', '.join(parts)}" if parts else ""

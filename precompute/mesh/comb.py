@@ -51,7 +51,7 @@ def comb(name: str, polygons: Polygons, request: Mapping[str, np.ndarray], *, pr
     if not len(polygons.corners):
         raise GratingError(name, "no faces to comb", "choose a mesh with faces")
     if not np.isfinite(polygons.points).all():
-        raise GratingError(name, "points that are not numbers", "use Mesh > Clean Up > Delete Loose, or make it anew")
+        raise GratingError(name, "points that are not numbers", "use Mesh > Clean Up > Delete Loose, or make it again")
     if np.abs(polygons.points).max() > FARTHEST_M:
         raise GratingError(name, f"points more than {FARTHEST_M / 1e3:g} km away", "delete them, or scale it down")
     surface = surface_of(polygons.points, polygons.triangles)

@@ -37,7 +37,7 @@ def read_mesh(path: Path) -> tuple[Polygons, dict[str, np.ndarray]]:
     arrays = _arrays(path, _MESH | _REQUEST, _REMEDY)
     needed = GUIDES.get(str(arrays.get("guide")))
     if "guide" not in arrays or str(arrays["guide"]) not in GUIDES or (needed and needed not in arrays):
-        raise GratingError(path, "tells of no guide for a comb", _REMEDY)
+        raise GratingError(path, "does not name a guide for a comb", _REMEDY)
     if any(name not in arrays for name in _MESH):
         raise GratingError(path, "holds no mesh", _REMEDY)
     polygons = Polygons(*(arrays.pop(name) for name in _MESH))
@@ -46,10 +46,10 @@ def read_mesh(path: Path) -> tuple[Polygons, dict[str, np.ndarray]]:
     uv_fits = len(arrays.get("uv", polygons.normals)) == corners
     inside = fits and uv_fits and _below(polygons.point, len(polygons.points)) and _below(polygons.corners, corners)
     if not inside or not _below(polygons.face, max(1, corners)):
-        raise GratingError(path, "its mesh contradicts itself", "let Comb Grating write it anew")
+        raise GratingError(path, "its mesh is inconsistent", "let Comb Grating write it again")
     for name, array in {"normals": polygons.normals, **arrays}.items():
         if array.dtype.kind == "f" and array.size and not np.abs(array).max() <= FARTHEST_M:
-            raise GratingError(path, f"its {name} hold what is no number or too large a one", _REMEDY)
+            raise GratingError(path, f"its {name} hold values that are not numbers or are too large", _REMEDY)
     return polygons, arrays
 
 
@@ -60,9 +60,9 @@ def write_combed(path: Path, combed: Combed) -> None:
 
 def read_combed(path: Path) -> dict[str, np.ndarray]:
     """Read the arrays of Combed except `directions`. Raises GratingError if the file holds no combed mesh."""
-    arrays = _arrays(path, _COMBED, "comb it anew")
+    arrays = _arrays(path, _COMBED, "comb it again")
     if any(name not in arrays for name in _COMBED):
-        raise GratingError(path, "no combed mesh", "comb it anew")
+        raise GratingError(path, "not a combed mesh", "comb it again")
     return arrays
 
 

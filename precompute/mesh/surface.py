@@ -354,7 +354,7 @@ def read_arrays(path: Path, wanted: Mapping[str, Wanted]) -> dict[str, np.ndarra
     Raises OSError if the file cannot be read; ValueError, with the fault, if it is no .npz file or an array has another
     kind or shape; GratingError if the arrays do not fit into memory."""
     if is_no_file(path):
-        raise ValueError("it is no file")
+        raise ValueError("it is not a file")
     with path.open("rb") as file:
         archive = Archive(file)
         names = {name: f"{name}.npy" for name in wanted if f"{name}.npy" in archive.names}
@@ -369,12 +369,12 @@ def _array(name: str, data: bytes, wanted: Wanted) -> np.ndarray:
     """Decode the array in the bytes of an .npy file."""
     form = _LENGTHS.get(data[6]) if data.startswith(_BEGINNING) and len(data) >= 12 else None
     if form is None:
-        raise ValueError(f"{name} is no array")
+        raise ValueError(f"{name} is not an array")
     first = 8 + struct.calcsize(form)
     (length,) = struct.unpack_from(form, data, 8)
     header = _HEADER.fullmatch(data[first : first + min(length, _HEADER_MAX)].decode("latin-1"))
     if header is None:
-        raise ValueError(f"{name} is no array of numbers")
+        raise ValueError(f"{name} is not an array of numbers")
     kinds, shape = wanted
     kind, sizes = np.dtype(header[1]), tuple(int(size) for size in re.findall(r"\d+", header[3]))
     fits = len(sizes) == len(shape) and all(want in (None, size) for size, want in zip(sizes, shape, strict=True))

@@ -54,7 +54,7 @@ class Mesh:
                 "the mesh", f"a point more than {FARTHEST_M / 1e3:g} km away", "delete it, or scale it down"
             )
         if self.triangles.min() < 0 or self.triangles.max() >= len(self.points):
-            raise GratingError("the mesh", "a face of a point that is not there", "write the file again")
+            raise GratingError("the mesh", "a face has a point that does not exist", "write the file again")
         if not (self.areas() > 0).any():
             raise GratingError("the mesh", "no face has an area", "scale it up, or dissolve degenerate faces")
 
@@ -101,7 +101,7 @@ def unwrap(mesh: Mesh, packing: Packing, *, progress: Progress = silent) -> Unwr
     Raises GratingError if xatlas is missing or crashes, or if the map is too small for the density."""
     if "xatlas" in missing_packages():
         version = ".".join(map(str, sys.version_info[:2]))
-        raise GratingError("xatlas", f"there is none for Python {version}", BY_BLENDER)
+        raise GratingError("xatlas", f"it is not installed for Python {version}", BY_BLENDER)
     worker = _started(mesh, packing)
     try:
         _wait(worker, expected_seconds(len(mesh.triangles)), progress)

@@ -72,7 +72,7 @@ def _checked(atlas: xatlas.Atlas, uv: np.ndarray) -> Unwrapped:
     if atlas.atlas_count != 1:
         raise GratingError(
             "the map",
-            f"{atlas.atlas_count} of that size are needed for this density",
+            f"{atlas.atlas_count} maps of this size are needed for this density",
             "ask for a larger map, or fewer pixels per metre",
         )
     return Unwrapped(uv.astype(np.float32), atlas.chart_count, float(atlas.utilization))

@@ -28,7 +28,7 @@ the same bytes."""
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import pi
 from pathlib import Path
@@ -273,18 +273,15 @@ def shipped_draft(name: str, request: BakeRequest, folder: Path = DRAFTS) -> dic
     return facts | {"files": [str(file) for file in files]}
 
 
-def write_draft(
-    name: str, request: BakeRequest, bake: Callable[[Path], Mapping[str, Any]], *, folder: Path = DRAFTS
-) -> Path:
-    """Make a preset's draft. `bake` bakes into the folder that it is given, and returns the bake's facts. Returns the
-    draft's folder. Raises GratingError if the draft cannot be written, or as `bake` does."""
-    home = folder / name
-    facts = {name: value for name, value in bake(home).items() if name not in _OF_THE_RUN}
-    facts["files"] = [Path(file).name for file in facts["files"]]
+def write_draft(request: BakeRequest, facts: Mapping[str, Any]) -> None:
+    """Record a draft's request and the facts of its bake beside its files, in the folder of the preset's name. Raises
+    GratingError if the record cannot be written."""
+    files = list(map(Path, facts["files"]))
+    kept = {name: value for name, value in facts.items() if name not in _OF_THE_RUN}
     version, asked = _made_by(request)
-    record = {"format": _FORMAT, "version": version, "request": asked, "facts": facts}
-    write_whole(home / _RECORD, lambda path: path.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8"))
-    return home
+    kept["files"] = [file.name for file in files]
+    text = json.dumps({"format": _FORMAT, "version": version, "request": asked, "facts": kept}, indent=1) + "\n"
+    write_whole(files[0].with_name(_RECORD), lambda path: path.write_text(text, encoding="utf-8"))
 
 
 def _made_by(request: BakeRequest) -> tuple[int, Any]:

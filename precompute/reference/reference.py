@@ -35,7 +35,13 @@ def reference_xyz(
     XYZ is the integral over wavelength of PSD((u, v) / lambda; w / lambda) / lambda^2 times the observer: the
     density over (u, v) of the light that a surface of a matter and of the obliquity O = 1 reflects, scaled so that a
     perfect mirror's white, D65, has Y = 1. The zero order's XYZ multiplies the kernel (docs/theory.md, "The bake").
-    `progress` is called after each wavelength."""
+    `progress` is called after each wavelength.
+
+    >>> relief = prepare(read_height_map("sample:blazed"))
+    >>> uv = np.array([0.2, 0.3]), np.zeros(2)
+    >>> scattered, zero_order = reference_xyz(relief, uv, w=1.8, sigma_b=0.04, step_m=50e-9)
+    >>> scattered.shape, zero_order.shape
+    ((2, 3), (3,))"""
     grid = reference_grid(relief, sigma_b)
     lambdas = wavelengths(step_m)
     weights = spectral_weights(lambdas, "D65")

@@ -253,7 +253,7 @@ def _plate(text: str) -> float:
     """The index of a part such as `plate 1.585`."""
     found = _INDEX.fullmatch(text.removeprefix(PLATE).strip())
     if not found or found[2] or not NO_PLATE < float(found[1]) <= PLATE_IOR_MAX:
-        raise _error(text, "is no plate", _PLATES)
+        raise _error(text, "is not a plate", _PLATES)
     return float(found[1])
 
 
@@ -282,7 +282,7 @@ def _index(text: str) -> Index:
     known = last in METALS or last == AIR
     found = _INDEX.fullmatch(last)
     if last in _ALONE:
-        raise _error(text, "stands alone and is no part of a stack", f"give an index, a metal or {AIR} in a stack")
+        raise _error(text, "must stand alone, not in a stack", f"give an index, a metal or {AIR} in a stack")
     if not found and not known:
         raise _error(text, "is not a known matter", _KNOWN)
     if name and (not name[0].isalpha() or name in (*METALS, *_ALONE, AIR)):

@@ -35,7 +35,7 @@ WORKER_FILES = (
     "precompute/__init__.py",
     *(f"precompute/base/{name}.py" for name in ("__init__", "failure", "files", "job", "locks", "progress")),
     "precompute/base/shared_folder.py",
-    *(f"precompute/render_job/{name}.py" for name in ("__init__", "frame_ranges", "plan", "tables")),
+    *(f"precompute/render_job/{name}.py" for name in ("__init__", "plan", "tables")),
 )
 # The specification's limit of a list of values.
 _LISTED_MAX = 1024

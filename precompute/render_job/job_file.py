@@ -4,7 +4,7 @@
 import tomllib
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +14,7 @@ from ..base.files import can_be_a_path, read_limited
 from ..presets.presets import read_preset
 from ..reflectance.matter import parse as parse_matter
 from ..surface.height_map import is_synthetic
-from .frame_ranges import parse_frames
-from .plan import AZIMUTH, ELEVATION, ENGINES, FACTOR, FOLDERS, FRAME, LAMPS_MAX, SAMPLES, SEED, SIDE, ZOOM, plain_name
+from . import plan
 from .tables import Limits, Table
 
 EXAMPLE = """\
@@ -116,10 +115,7 @@ class Views:
     zooms: tuple[float, ...] = ()
     engines: tuple[str, ...] = ()
     seeds: tuple[int, ...] = ()
-    samples: int | None = None
-    denoise: bool | None = None
-    width: int | None = None
-    height: int | None = None
+    quality: Mapping[str, Any] = field(default_factory=dict)  # of every picture (plan.py)
 
 
 @dataclass(frozen=True)
@@ -157,12 +153,12 @@ def read_job(path: Path, *, opened: Path | None = None, output: Path | None = No
         named, written = whole.text("scene"), whole.text("output") or path.stem
         for key, value in (("scene", named), ("output", written)):
             if value is not None and not can_be_a_path(value):
-                raise whole.fault(key, "no name of a file", "give a path")
+                raise whole.fault(key, "not a file name", "give a path")
         scene = opened if named is None else folder / named
         needs = bool(whole.flag("needs"))
         views = _views(whole.table("pictures"))
         surfaces = tuple(one for each in whole.tables("grating", _GRATINGS_MOST) for one in _surfaces(each, folder))
-        sweeps = tuple(_sweep(each) for each in whole.tables("light", LAMPS_MAX))
+        sweeps = tuple(_sweep(each) for each in whole.tables("light", plan.LAMPS_MAX))
     _check_names(path, "grating", [each.name.lower() for each in surfaces])
     _check_names(path, "light", [each.lamp for each in sweeps])
     if scene is None and any(each.preset is None for each in surfaces):
@@ -171,7 +167,7 @@ def read_job(path: Path, *, opened: Path | None = None, output: Path | None = No
         raise GratingError(path, "needs: there is no grating to bake", "add one as [[grating]], or leave `needs` out")
     written_to = folder / written if output is None else output.resolve()
     job = Job(path, scene, written_to, needs, surfaces, sweeps, views)
-    places = [place.resolve() for place in (written_to, *(written_to / name for name in FOLDERS))]
+    places = [place.resolve() for place in (written_to, *(written_to / name for name in plan.FOLDERS))]
     for file in job.inputs:
         if any(file.resolve().is_relative_to(place) for place in places):
             raise GratingError(
@@ -185,22 +181,19 @@ def _views(table: Table) -> Views:
         return Views(
             _frames(table),
             table.texts("cameras"),
-            table.numbers("zooms", ZOOM),
-            table.texts("engines", ENGINES),
-            table.integers("seeds", SEED),
-            table.integer("samples", SAMPLES),
-            table.flag("denoise"),
-            table.integer("width", SIDE),
-            table.integer("height", SIDE),
+            table.numbers("zooms", plan.ZOOM),
+            table.texts("engines", plan.ENGINES),
+            table.integers("seeds", plan.SEED),
+            plan.values_in(table, plan.Picture, plan.QUALITY),
         )
 
 
 def _frames(pictures: Table) -> tuple[int, ...]:
     """The frames in their order, each once. They are a text such as "1-24:2, 30", or a list of whole numbers."""
     if not isinstance(pictures.take("frames"), str):
-        return pictures.integers("frames", FRAME)
+        return pictures.integers("frames", plan.FRAME)
     try:
-        return parse_frames(pictures.text("frames") or "")
+        return plan.parse_frames(pictures.text("frames") or "")
     except ValueError as error:
         fault = f"cannot be {str(error)!r:.30}"
         raise pictures.fault("frames", fault, 'give ranges such as "1-24:2, 30"') from error
@@ -218,7 +211,7 @@ def _surfaces(table: Table, folder: Path) -> list[Surface]:
         request = table.within(lambda: _request(table, preset, scans, folder))
         matters = table.texts("matters")
         one = Surface(
-            plain_name(name),
+            plan.plain_name(name),
             preset,
             request,
             table.texts("objects"),
@@ -230,7 +223,8 @@ def _surfaces(table: Table, folder: Path) -> list[Surface]:
     if len(made) < 2:
         return [replace(one, request=replace(request, matter=matter)) for matter in made] or [one]
     return [
-        replace(one, name=plain_name(f"{name}_{matter}"), request=replace(request, matter=matter)) for matter in made
+        replace(one, name=plan.plain_name(f"{name}_{matter}"), request=replace(request, matter=matter))
+        for matter in made
     ]
 
 
@@ -262,22 +256,22 @@ def _sweep(table: Table) -> Sweep:
     with table:
         sweep = Sweep(
             table.text("lamp") or "",
-            table.numbers("azimuth_deg", AZIMUTH),
-            table.numbers("elevation_deg", ELEVATION),
-            table.numbers("strength", FACTOR),
+            table.numbers("azimuth_deg", plan.AZIMUTH),
+            table.numbers("elevation_deg", plan.ELEVATION),
+            table.numbers("strength", plan.FACTOR),
             table.text("around"),
         )
         if not sweep.lamp:
             raise table.fault("lamp", "is missing", "name a lamp of the scene")
         if bool(sweep.azimuth_deg) != bool(sweep.elevation_deg):
-            raise table.fault("azimuth_deg", "one angle says no direction", "give azimuth_deg and elevation_deg")
+            raise table.fault("azimuth_deg", "one angle alone gives no direction", "give azimuth_deg and elevation_deg")
     return sweep
 
 
 def _check_names(path: Path, key: str, names: list[str]) -> None:
     """Raise GratingError if two have the same name."""
     if doubles := sorted(name for name, count in Counter(names).items() if count > 1):
-        raise GratingError(path, f"{key}: {', '.join(doubles)} stands twice", "give each a name of its own")
+        raise GratingError(path, f"{key}: {', '.join(doubles)} appears twice", "give each a name of its own")
 
 
 def as_record(surface: Surface) -> Mapping[str, Any]:

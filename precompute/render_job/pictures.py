@@ -42,7 +42,7 @@ def pictures_of(job: Job, scene_name: str) -> list[Picture]:
     found = [
         Picture(
             _name(job, scene_name, choice), choice[0], choice[1], tuple(choice[2:-2]), choice[-2][0], choice[-2][1],
-            choice[-1], job.views.samples, job.views.denoise, job.views.width, job.views.height,
+            choice[-1], **job.views.quality,
         )
         for choice in itertools.product(*axes)
     ]  # fmt: skip

@@ -13,14 +13,13 @@ import hashlib
 import json
 import re
 import unicodedata
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
 from ..base.failure import GratingError
 from ..base.files import short_stem, write_whole
-from .frame_ranges import FRAME_MAX, FRAME_MIN
 from .tables import Limits, Table
 
 PLAN_FORMAT = 1
@@ -32,22 +31,36 @@ PICTURES_MAX = 100_000
 LAMPS_MAX = 100
 ENGINES = ("cycles", "eevee")
 # Blender's limits of frames and seeds, and limits of what a picture may be.
-FRAME, SEED = Limits(FRAME_MIN, FRAME_MAX), Limits(0, 2**31 - 1)
+FRAME, SEED = Limits(-1_048_574, 1_048_574), Limits(0, 2**31 - 1)
 SAMPLES, SIDE = Limits(1, 1 << 24), Limits(4, 65536)
 ZOOM, FACTOR = Limits(1e-3, 1e3), Limits(0.0, 1e6)
 AZIMUTH, ELEVATION = Limits(-360.0, 360.0), Limits(-90.0, 90.0)
+_RANGE = re.compile(r"(-?\d{1,7})(?:-(-?\d{1,7})(?::(\d{1,7}))?)?", re.ASCII)
 _REMEDY = "run the job's earlier steps again"
+
+
+def _read(reader: Callable[..., Any], *limits: Any) -> Any:
+    """A field of a dataclass, which `reader`, given a table, the field's name and the limits, reads from a plan."""
+    return field(metadata={"read": lambda table, name: reader(table, name, *limits)})
+
+
+def _plain(table: Table, key: str, ending: str = "") -> str:
+    """A file's name that plain_name gives, and its ending. Raises GratingError for another text."""
+    name = table.text(key) or ""
+    if not name.endswith(ending) or plain_name(name.removesuffix(ending)) != name.removesuffix(ending):
+        raise table.fault(key, f"cannot be {name!r:.40}", "")
+    return name
 
 
 @dataclass(frozen=True)
 class LampState:
     """The direction and strength of a lamp in a picture. None: as in the scene."""
 
-    lamp: str
-    azimuth_deg: float | None
-    elevation_deg: float | None
-    strength: float | None
-    around: str | None
+    lamp: str = _read(lambda table, name: table.text(name) or "")
+    azimuth_deg: float | None = _read(Table.number, AZIMUTH)
+    elevation_deg: float | None = _read(Table.number, ELEVATION)
+    strength: float | None = _read(Table.number, FACTOR)
+    around: str | None = _read(Table.text)
 
 
 @dataclass(frozen=True)
@@ -55,17 +68,47 @@ class Picture:
     """A picture of a job: the name of its files without ending, and what is set before it is rendered. None keeps the
     scene's own setting."""
 
-    name: str
-    camera: str | None
-    zoom: float | None
-    lamps: tuple[LampState, ...]
-    engine: str | None
-    seed: int | None
-    frame: int | None
-    samples: int | None
-    denoise: bool | None
-    width: int | None
-    height: int | None
+    name: str = _read(_plain)
+    camera: str | None = _read(Table.text)
+    zoom: float | None = _read(Table.number, ZOOM)
+    lamps: tuple[LampState, ...] = _read(lambda table, name: tuple(map(_lamp, table.tables(name, LAMPS_MAX))))
+    engine: str | None = _read(Table.text, ENGINES)
+    seed: int | None = _read(Table.integer, SEED)
+    frame: int | None = _read(Table.integer, FRAME)
+    samples: int | None = _read(Table.integer, SAMPLES)
+    denoise: bool | None = _read(Table.flag)
+    width: int | None = _read(Table.integer, SIDE)
+    height: int | None = _read(Table.integer, SIDE)
+
+
+# The fields that all pictures of a job share.
+QUALITY = ("samples", "denoise", "width", "height")
+
+
+def values_in(table: Table, kind: type[LampState] | type[Picture], names: Collection[str] = ()) -> dict[str, Any]:
+    """The values of the named fields of LampState or Picture, or of all, in a table. Raises GratingError for values
+    that a field cannot have."""
+    return {one.name: one.metadata["read"](table, one.name) for one in fields(kind) if not names or one.name in names}
+
+
+def parse_frames(text: str) -> tuple[int, ...]:
+    """The frames of a text such as "1-24:2, 30", in its order, each once. Raises ValueError, with the faulty part, for
+    any other text, and at the part with which there are more than PICTURES_MAX."""
+    frames: dict[int, None] = {}
+    named = 0
+    for part in text.split(","):
+        match = _RANGE.fullmatch(part.strip())
+        if match is None:
+            raise ValueError(part.strip())
+        first = int(match[1])
+        last, step = int(match[2] or first), int(match[3] or 1)
+        if not FRAME.low <= first <= last <= FRAME.high or step == 0:
+            raise ValueError(part.strip())
+        named += len(range(first, last + 1, step))
+        if named > PICTURES_MAX:
+            raise ValueError(part.strip())
+        frames.update(dict.fromkeys(range(first, last + 1, step)))
+    return tuple(frames)
 
 
 def plain_name(text: str) -> str:
@@ -108,46 +151,24 @@ def read_plan(path: Path) -> dict[str, Any]:
         if not isinstance(made_by, dict) or plan != plan_of(scene, str(recipe), pictures, made_by=made_by):
             raise ValueError("it was changed")
     except (OSError, ValueError, RecursionError) as error:
-        raise GratingError(path, f"no plan that can be used ({error})", _REMEDY) from error
+        raise GratingError(path, f"not a usable plan ({error})", _REMEDY) from error
     except GratingError as error:
-        raise GratingError(path, f"no plan that can be used ({error.fault})", _REMEDY) from error
+        raise GratingError(path, f"not a usable plan ({error.fault})", _REMEDY) from error
     return plan
 
 
 def _picture(table: Table) -> Picture:
     with table:
         table.take("id")
-        return Picture(
-            _plain(table, "name"),
-            table.text("camera"),
-            table.number("zoom", ZOOM),
-            tuple(_lamp(each) for each in table.tables("lamps", LAMPS_MAX)),
-            table.text("engine", ENGINES),
-            table.integer("seed", SEED),
-            table.integer("frame", FRAME),
-            table.integer("samples", SAMPLES),
-            table.flag("denoise"),
-            table.integer("width", SIDE),
-            table.integer("height", SIDE),
-        )
+        return Picture(**values_in(table, Picture))
 
 
 def _lamp(table: Table) -> LampState:
     with table:
-        azimuth, elevation = table.number("azimuth_deg", AZIMUTH), table.number("elevation_deg", ELEVATION)
-        if (azimuth is None) != (elevation is None):
-            raise table.fault("azimuth_deg", "one angle says no direction", "")
-        return LampState(
-            table.text("lamp") or "", azimuth, elevation, table.number("strength", FACTOR), table.text("around")
-        )
-
-
-def _plain(table: Table, key: str, ending: str = "") -> str:
-    """A file's name that plain_name gives, and its ending. Raises GratingError for another text."""
-    name = table.text(key) or ""
-    if not name.endswith(ending) or plain_name(name.removesuffix(ending)) != name.removesuffix(ending):
-        raise table.fault(key, f"cannot be {name!r:.40}", "")
-    return name
+        state = LampState(**values_in(table, LampState))
+        if (state.azimuth_deg is None) != (state.elevation_deg is None):
+            raise table.fault("azimuth_deg", "one angle alone gives no direction", "")
+        return state
 
 
 def recipe_of_plan(path: Path) -> str | None:

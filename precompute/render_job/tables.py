@@ -28,7 +28,7 @@ class Table:
 
     def __init__(self, path: Path, record: Any, where: str = "") -> None:
         if not isinstance(record, dict):
-            raise GratingError(path, f"{where}: is no table", f"write it as [{where}] with keys below it")
+            raise GratingError(path, f"{where}: is not a table", f"write it as [{where}] with keys below it")
         self._path, self._record, self._where, self._asked = path, record, where, dict[str, None]()
 
     def __enter__(self) -> Table:
@@ -110,7 +110,7 @@ class Table:
         if value is None:
             return []
         if not isinstance(value, list):
-            raise self.fault(key, "is no list of tables", f"write each as [[{key}]]")
+            raise self.fault(key, "is not a list of tables", f"write each as [[{key}]]")
         if len(value) > most:
             raise self.fault(key, f"{len(value)} of them", f"split the job: at most {most}")
         return [Table(self._path, one, f"{key} {number}") for number, one in enumerate(value, 1)]
@@ -123,7 +123,7 @@ class Table:
             raise self.fault(key, f"cannot be {value!r:.30}", "give a list, such as [1, 2]")
         found = dict.fromkeys(map(checked, value))
         if len(found) < len(value):
-            raise self.fault(key, "a value stands twice", "leave one out")
+            raise self.fault(key, "a value appears twice", "leave one out")
         return tuple(found)
 
     def _text(self, key: str, value: Any, choices: Collection[str]) -> str:

@@ -43,7 +43,12 @@ class HeightMap:
     stored_width_m  the width in the file if the user's width replaces it, NaN if the file stores none; else None
 
     Raises GratingError unless the heights are a two-dimensional array with a finite value and without infinite ones,
-    and the pixel sizes are positive and finite."""
+    and the pixel sizes are positive and finite.
+
+    >>> x = np.arange(512) * 50e-9
+    >>> waves = HeightMap(np.tile(75e-9 * np.sin(2 * np.pi * x / 1e-6), (512, 1)), (50e-9, 50e-9), "waves")
+    >>> waves.rows, waves.cols, waves.stem
+    (512, 512, 'waves')"""
 
     height_m: np.ndarray
     pixel_size_m: tuple[float, float]
@@ -56,7 +61,7 @@ class HeightMap:
     def __post_init__(self) -> None:
         height = np.asarray(self.height_m, dtype=np.float64).view()
         if height.ndim != 2 or height.size == 0:
-            raise GratingError(self.source, f"heights of shape {height.shape} are no map", "give rows by columns")
+            raise GratingError(self.source, f"heights of shape {height.shape} are not a map", "give rows by columns")
         pixel = tuple(float(side) for side in self.pixel_size_m)
         if len(pixel) != 2 or not all(math.isfinite(side) and side > 0 for side in pixel):
             raise GratingError(self.source, f"pixel size {pixel} m is not positive", "give the real size of the scan")

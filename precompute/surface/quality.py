@@ -200,7 +200,7 @@ _TILT_DEG = (2.0, 10.0)
 _DIRT_SHARE = (1e-3, 0.05)
 # The distance of dust from the relief, in multiples of the relief. A bake grows in proportion to the height range.
 _SPIKE_TIMES = (1.0, 10.0)
-_NAMES = {"dust": "dust or scratches", "lines": "rows shifted as a whole"}
+_NAMES = {"dust": "dust or scratches", "lines": "scan lines shifted as a whole"}
 # The phase shift in radians that one height step gives violet light reflected back to its source.
 _STEP_RADIANS = (0.1, 0.5)
 # The ratio of the valleys' sharpness to that of the tops, which a blunt tip rounds.
@@ -321,7 +321,7 @@ def _pixel(height_map: HeightMap, waves: Waves) -> Finding:
 
 def _slopes(centre: np.ndarray, height_map: HeightMap) -> Finding:
     if min(centre.shape) < 2:
-        return Finding("slopes", "good", "too few pixels to tell slopes", 0.0)
+        return Finding("slopes", "good", "too few pixels to measure slopes", 0.0)
     dy, dx = height_map.pixel_size_m
     along_y, along_x = np.diff(centre[:, :-1], axis=0) / dy, np.diff(centre[:-1], axis=1) / dx
     steep = float((along_y**2 + along_x**2 > 1).mean())
@@ -380,7 +380,7 @@ def _tilt(height_map: HeightMap, plane: Plane) -> Finding:
     runs = [max(1, n - 1) * side for n, side in zip(height_map.height_m.shape, height_map.pixel_size_m, strict=True)]
     degrees = math.degrees(math.atan(math.hypot(*(rise / run for rise, run in zip(rises, runs, strict=True)))))
     light = _light(degrees, _TILT_DEG)
-    sentence = f"{degrees:.2g} deg, {length_in_words(sum(rises))} over the scan, are taken out"
+    sentence = f"{degrees:.2g} deg, {length_in_words(sum(rises))} over the scan, are removed"
     if light != "good":
         sentence += "; mount the sample flatter, for levelling does not turn the surface back"
     return Finding("tilt", light, sentence, degrees)
@@ -399,7 +399,7 @@ def _dirt(surface: Surface) -> Finding:
         off, relief = length_in_words(spike.off_m), length_in_words(spike.relief_m)
         parts.append(f"dust or a spike stands {off} off the relief of {relief}, which makes bakes larger")
     parts += [f"{each.share:.2%} of it is like {_NAMES.get(each.step, each.step)}" for each in dirt]
-    words: list[str | Setting] = [", ".join(parts) or "none is seen"]
+    words: list[str | Setting] = [", ".join(parts) or "nothing is seen"]
     if max(lights, key=LIGHTS.index) != LIGHTS[0]:
         steps = [each.step for each in dirt if not each.harm]
         steps += [spike.step] if stands and spike.step and spike.step not in steps else []
@@ -410,7 +410,7 @@ def _dirt(surface: Surface) -> Finding:
     harms: dict[str, list[str]] = {}
     for each in found:
         if each.harm:
-            harms.setdefault("takes the grating out" if each.belongs else each.harm, []).append(each.step)
+            harms.setdefault("removes the grating" if each.belongs else each.harm, []).append(each.step)
     for harm, names in harms.items():
         which = f"step {names[0]}, which" if len(names) == 1 else f"steps {' and '.join(names)}, each of which"
         words.append(f"; leave out the {which} {harm}")
@@ -521,12 +521,12 @@ class Description:
                 f"grating: {_told(gratings[0])}; it sends out the most light of all waves {band}, which show colours"
             )
         else:
-            lines.append(f"grating: none; no wave {band}, which would show colours, stands out")
+            lines.append(f"grating: none; no wave stands out {band}, where gratings show colours")
         if noise is not None:
             reason = (
                 "the scan in the other direction lacks it; compare its channel, or turn the sample"
                 if self.waves.one_way
-                else "rows that shift at random show such a wave too; if the surface has lines along the rows, turn it"
+                else "scan lines that shift at random show such a wave too; if it has grooves along them, turn it"
             )
             lines.append(
                 f"line noise: {_told(noise)}; not taken for a grating, as {reason} by 90 deg and scan it again"

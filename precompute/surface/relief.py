@@ -78,7 +78,11 @@ class Relief:
 def prepare(height_map: HeightMap, steps: Sequence[Step] = DEFAULT, *, plate_ior: float = NO_PLATE) -> Relief:
     """Level a height map by steps, by default a plane, and make a relief of it.
 
-    Raises GratingError as `level` and `relief_of` do."""
+    Raises GratingError as `level` and `relief_of` do.
+
+    >>> relief = prepare(read_height_map("sample:blazed"))
+    >>> relief.height_m.shape, f"{relief.pixel_size_m[0] * 1e9:.1f} nm"
+    ((832, 832), '78.1 nm')"""
     return relief_of(level(height_map, steps).height_map, plate_ior=plate_ior)
 
 

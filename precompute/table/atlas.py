@@ -421,7 +421,13 @@ def read_sound_header(path: Path) -> tuple[Layout, dict[str, Any]]:
 
 
 def read(path: Path) -> tuple[Table, dict[str, Any]]:
-    """Read the bake in an atlas file, and its header record. Raises GratingError as read_sound_header does."""
+    """Read the bake in an atlas file, and its header record. Raises GratingError as read_sound_header does.
+
+    The library's page calls it read_bake:
+
+    >>> table, record = read_bake(Path("bakes/blazed.exr"))
+    >>> table.illuminant, record["request"]["delta_e"]
+    ('D65', 2)"""
     picture = open_picture(path)
     layout, record = _parse(picture)
     return unpack(picture.pixels(), layout), record
@@ -449,7 +455,7 @@ def parse(
             raise GratingError(path, f"its header's {name} is {value!r:.40}", "bake it again")
     layout = layout_type(**values)
     if not layout.is_valid:
-        raise GratingError(path, "its header says what no picture of this kind can have", "bake it again")
+        raise GratingError(path, "its header has values that no picture of this kind has", "bake it again")
     if picture.shape != (layout.height, layout.width, len(channels)):
         raise GratingError(path, "the picture is not the size that its header says", "bake it again")
     return layout, record

@@ -57,7 +57,12 @@ def reflected_xyz(
     matter's reflectance has Q / R at its ratio_ior (optics/brdf.py) in place of Q, and 1 in place of R. `stam` asks for
     Stam's form (Stam 1999, equation 5), in a single pass through a plate. Under a plate, the scattered light has the
     directions inside, and is multiplied by what the plate lets through and by its refraction (plate_gains.py,
-    optics/plate.py). The disc's variance is then divided by the square of the plate's index."""
+    optics/plate.py). The disc's variance is then divided by the square of the plate's index.
+
+    >>> table, _ = read_bake(Path("bakes/blazed.exr"))
+    >>> wi, wr = light_from(0.5), np.array([[0.0, 0.0, 1.0], [0.6, 0.0, 0.8]])
+    >>> reflected_xyz(table, wi, wr, variance=table.kernel_variance).shape
+    (2, 3)"""
     kernel = mirror_kernel(wi, wr, variance=variance, roughness=skin.roughness)
     near = np.flatnonzero(kernel)
     lamp = np.broadcast_to(wi, wr.shape)

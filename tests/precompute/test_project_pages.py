@@ -97,11 +97,12 @@ def test_the_programs_understand_the_commands_that_pages_print(monkeypatch, tmp_
 
 
 def test_there_is_one_version():
-    """The version is in the manifest. The changelog's newest release and the citation repeat it and share one date."""
+    """The version is in the manifest. The library, the changelog's newest release and the citation repeat it; release
+    and citation share one date."""
     version = tomllib.loads((ROOT / "blender_manifest.toml").read_text())["version"]
     citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     released = re.search(r"^## \[(\d[^]]*)\] - (\S+)$", changes, re.MULTILINE)
     assert released.groups() == (version, re.search(r"^date-released: (\S+)$", citation, re.MULTILINE)[1])
     assert re.search(r"^version: (\S+)$", citation, re.MULTILINE)[1] == version
-    assert "project" not in tomllib.loads((ROOT / "pyproject.toml").read_text())
+    assert tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"] == version

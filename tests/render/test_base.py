@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 import pytest
 
-from precompute.colour.smooth_colour import smooth_colour
+from precompute.colour.spaces import smooth_colour
 from precompute.optics.brdf import fresnel_reflectance
 from precompute.reflectance.matter import parse
 

@@ -40,7 +40,7 @@ def bakes(tmp_path_factory):
     def file(light):
         asked = request_for(light)
         folder = tmp_path_factory.mktemp("lamp_spectra")
-        return bake_to_folder([asked.scans[0].read()], asked, folder, progress=lambda *_: None)["files"][0]
+        return bake_to_folder([asked.scans[0].read()], asked, folder)["files"][0]
 
     return file
 

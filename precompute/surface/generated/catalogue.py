@@ -7,7 +7,6 @@ import numpy as np
 
 from ..height_map import HeightMap
 from ..samples.discs import Disc, disc_heights
-from .brushed import brushed_heights
 from .lattices import crossed_heights, hexagonal_heights
 from .lines import line_heights
 from .parameters import GratingParameters, parse_grating
@@ -17,6 +16,8 @@ from .pixels import Pixels, pixels_of
 _RUNS = (3, 11)
 # The slope of a pit's side, as a share of the pit's width. A CD's is 80 nm of 500 nm.
 _SLOPE = 0.16
+# The least width of the lobe of brushed metal in bins of the spectrum. Below it a wave would have no bin.
+_BINS_MIN = 0.5
 
 
 def make_grating(text: str) -> HeightMap:
@@ -35,7 +36,7 @@ def surface_of(parameters: GratingParameters) -> HeightMap:
     elif parameters.kind == "crossed":
         heights = crossed_heights(parameters, pixels)
     elif parameters.kind == "brushed":
-        heights = brushed_heights(parameters, pixels)
+        heights = _brushed(parameters, pixels)
     elif parameters.kind == "pits":
         heights = _pits(parameters, pixels)
     else:
@@ -59,3 +60,20 @@ def _pits(parameters: GratingParameters, pixels: Pixels) -> np.ndarray:
         edge_m=min(_SLOPE * width_m, bit_m, parameters.period_m - width_m),
     )
     return disc_heights(disc)
+
+
+def _brushed(parameters: GratingParameters, pixels: Pixels) -> np.ndarray:
+    """Make the heights (rows, cols) in metres of brushed metal: Gaussian noise with the rms of a sine of the depth.
+
+    The spectrum is a lobe. The standard deviations of its frequency and its direction are the disorders."""
+    n, periods = pixels.count, pixels.periods
+    frequency_y, frequency_x = np.fft.fftfreq(n, 1 / n)[:, None], np.arange(n // 2 + 1)
+    frequency = np.hypot(frequency_y, frequency_x)
+    angle = np.arctan2(frequency_y, frequency_x)
+    spread = max(parameters.period_disorder * periods, _BINS_MIN)
+    turn = max(np.radians(parameters.direction_disorder_deg), _BINS_MIN / periods)
+    lobe = np.exp(-(((frequency - periods) / spread) ** 2 + (angle / turn) ** 2) / 4)
+    lobe[0, 0] = 0.0
+    noise = np.fft.rfft2(np.random.default_rng(parameters.seed).standard_normal((n, n)))
+    heights = np.fft.irfft2(lobe * noise, s=(n, n))
+    return heights * (parameters.depth_m / (2 * np.sqrt(2)) / heights.std())

@@ -10,8 +10,7 @@ from functools import partial
 
 import numpy as np
 
-from ..samples.ruled_gratings import blazed_line, ridge, sine_line
-from ..samples.wrapping import wrapping_noise
+from ..samples.ruled_gratings import blazed_line, ridge, sine_line, wrapping_noise
 from .parameters import GratingParameters
 from .pixels import Pixels
 

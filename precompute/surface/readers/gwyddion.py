@@ -214,14 +214,14 @@ def _string_end(file: BinaryIO, at: int, end: int) -> int:
 def _text(file: BinaryIO, value: _Value) -> str:
     """Read at most _PIECE bytes of a string; no name, title or unit that matters is longer."""
     if value.kind not in (b"s", b"c"):  # the package gwyfile writes a text of one letter as a character
-        raise ValueError("a title or unit is no text")
+        raise ValueError("a title or unit is not a text")
     file.seek(value.start)
     return file.read(min(_PIECE, value.stop - value.start)).rstrip(b"\0").decode("utf-8", "replace")
 
 
 def _number(file: BinaryIO, value: _Value) -> float:
     if value.kind not in (b"i", b"q", b"d"):
-        raise ValueError("a size is no number")
+        raise ValueError("a size is not a number")
     file.seek(value.start)
     return struct.unpack(_SCALARS[value.kind], file.read(value.stop - value.start))[0]
 

@@ -232,7 +232,7 @@ class PictureReader:
         except (struct.error, ValueError, OverflowError) as error:  # the last two: impossible positions
             raise GratingError(source, "the picture's header is truncated or damaged", "copy it again") from error
         if beside.several:
-            raise GratingError(source, "holds several pictures", "save the one of heights by itself")
+            raise GratingError(source, "holds several pictures", "save only the picture of heights")
         if beside.held_bytes > BESIDE_MAX:
             raise GratingError(
                 source,
@@ -290,13 +290,13 @@ def _refuse_what_is_no_grey_scale(source: str, picture: Image.Image) -> None:
     if max(along_x, along_y) > _SQUARE * min(along_x, along_y) > 0:
         raise GratingError(
             source,
-            f"its pixels are declared not to be square, {float(along_x):.3g} to {float(along_y):.3g} per length",
+            f"its pixels are not square, {float(along_x):.3g} to {float(along_y):.3g} per length",
             "resample it to square pixels, or save it without a resolution",
         )
     orientation = picture.getexif().get(_ORIENTATION, 1)
     if orientation != 1 and not (picture.format == "TIFF" and orientation in _PILLOW_FLIPS):
         raise GratingError(
-            source, f"its rows and columns are stored turned (orientation {orientation})", "turn it and save it upright"
+            source, f"its picture is stored rotated (orientation {orientation})", "rotate it and save it upright"
         )
     refuse_beyond_memory(
         _BYTES_PER_PIXEL * rows * cols, f"reading {rows} x {cols} pixels", "crop or reduce the scan", source=source
@@ -322,7 +322,7 @@ def _refuse_odd_tiff(source: str, picture: Image.Image, bits: int) -> None:
     if not is_known or (bits >= 16 and tags.get(_TIFF_PHOTOMETRIC) == 0):
         raise GratingError(
             source,
-            f"its values are signed, of {bits} bits or counted from white, and carry no unit",
+            f"its values are signed, of {bits} bits or counted from white, and have no unit",
             "save it as 16-bit grey, black 0 and white 65535, or as 32-bit floats, white 1",
         )
 
@@ -356,7 +356,7 @@ def _levels_of_band(source: str, band: Image.Image) -> np.ndarray:
     red, green, blue, alpha = np.moveaxis(np.asarray(band.convert("RGBA")), -1, 0)
     seen = alpha > 0
     if ((red != green) | (green != blue))[seen].any():
-        raise GratingError(source, "the picture is coloured, and a colour is no height", "export the heights in grey")
+        raise GratingError(source, "the picture is coloured, and colours are not heights", "export the heights in grey")
     return np.where(seen, red / 255.0, np.nan)
 
 
@@ -436,7 +436,7 @@ def _grey_of_exr(block: np.ndarray, channels: list[tuple[str, str]], wanted: lis
         at += size
     first, *others = (found[name] for name in wanted)
     if not all(np.array_equal(first, other, equal_nan=True) for other in others):
-        raise ValueError("it is coloured, and a colour is no height; save the heights in grey")
+        raise ValueError("it is coloured, and colours are not heights; save the heights in grey")
     return first
 
 

@@ -57,7 +57,11 @@ def read_height_map(
     channel    label of an instrument's channel, or the label's beginning, in any case; None for the topography, and for
                pictures and synthetic surfaces
 
-    Raises GratingError, also for a value that the source does not need, and for implausible pixels or relief."""
+    Raises GratingError, also for a value that the source does not need, and for implausible pixels or relief.
+
+    >>> scan = read_height_map("sample:blazed")
+    >>> scan.height_m.shape, f"{scan.size_m[1] * 1e6:.0f} um wide"
+    ((832, 832), '65 um wide')"""
     if is_synthetic(source):
         what = "a grating by its parameters" if source.startswith(GRATING_PREFIX) else "a sample"
         _refuse(source, what, size_um=size_um, height_nm=height_nm, channel=channel)
@@ -74,7 +78,7 @@ def read_height_map(
     except OSError as error:
         raise _unreadable(source, error) from error
     except MemoryError as error:
-        raise GratingError(source, "larger than the memory that is free", "crop or reduce the scan") from error
+        raise GratingError(source, "larger than the free memory", "crop or reduce the scan") from error
     _refuse_beyond_reason(height_map)
     return height_map
 
@@ -101,7 +105,7 @@ def reader_of(source: str) -> Reader:
         if stat.S_ISDIR(kind):
             raise GratingError(source, "is a directory", "name one file in it")
         if not stat.S_ISREG(kind):
-            raise GratingError(source, "is no file", "name a file of heights")
+            raise GratingError(source, "is not a file", "name a file of heights")
         with path.open("rb") as file:
             beginning = file.read(BEGINNING_BYTES)
     except (OSError, ValueError) as error:  # ValueError: a name with a zero byte

@@ -95,7 +95,7 @@ def choose_channel(source: str, channels: Sequence[Channel], wanted: str | None)
     over a plane, or if the file holds only curves."""
     if channels and not any(channel.is_image for channel in channels):
         raise GratingError(
-            source, "holds curves, as of force spectroscopy, and no image", "export the topography scan of that place"
+            source, "holds curves, such as force curves, but no image", "export the topography scan of the same place"
         )
     surfaces = [channel for channel in channels if channel.is_surface]
     if wanted is None:
@@ -105,7 +105,7 @@ def choose_channel(source: str, channels: Sequence[Channel], wanted: str | None)
         found = _labelled(channels, wanted)
     if found is None and wanted is None and surfaces:
         remedy = ("name one by ", Setting.CHANNEL, f": {_list(surfaces)}")
-        raise GratingError(source, "no channel is plainly the topography", remedy)
+        raise GratingError(source, "it is unclear which channel is the topography", remedy)
     if found is None and wanted is None:
         faults = ", ".join(f"'{channel.label}' {_fault_of(channel)}" for channel in channels[:_EXPLAINED])
         raise GratingError(source, f"no channel holds heights ({faults or 'there is none'})", _other_than(surfaces))
@@ -132,9 +132,9 @@ def other_way(label: str, labels: Sequence[str]) -> str | None:
 def _fault_of(channel: Channel) -> str:
     """Explain why a channel's values are no heights."""
     if not channel.is_image:
-        return "holds curves and no image"
+        return "holds curves, not an image"
     if not channel.unit:
-        return "carries no unit of height"
+        return "has no unit of height"
     return f"is in '{shortened(channel.unit)}', not in metres"
 
 
@@ -260,7 +260,7 @@ def in_metres(text: str) -> float:
     number, _, unit = text.strip().partition(" ")
     size, base = in_base_units(unit)
     if base != "m":
-        raise ValueError(f"'{text.strip()}' is no length")
+        raise ValueError(f"'{text.strip()}' is not a length")
     return float(number.replace(",", ".")) * size
 
 
@@ -328,7 +328,7 @@ def odd_words(line: str) -> str:
 
 def words_among_numbers(words: str) -> tuple[str, str]:
     """Return the fault and the remedy for words in the place of a number."""
-    return f"'{shortened(words)}' stands in the place of a number", "write nan for points that were not measured"
+    return f"'{shortened(words)}' is not a number", "write nan for points that were not measured"
 
 
 def with_points(text: str) -> str:
@@ -399,7 +399,7 @@ _OTHERS: tuple[tuple[int, bytes, str, str], ...] = (
 _ARCHIVES: tuple[tuple[str, str, str], ...] = (
     ("[Content_Types].xml", "an Office document", "export the sheet of heights as .csv"),
     ("mimetype", "an OpenDocument file", "export the sheet of heights as .csv"),
-    ("header.properties", "a JPK archive of force curves, which holds no image", "export the scan as .jpk"),
+    ("header.properties", "a JPK archive of force curves, without an image", "export the scan as .jpk"),
     ("index.xml", "an archive of a profiler, as Sensofar's .plux", CONVERT),
 )
 # Header bytes of an Igor wave by version. Their 16-bit words add up to zero modulo 2^16.
@@ -467,7 +467,7 @@ def _table_fault(beginning: bytes) -> tuple[str, str] | None:
             fault, remedy = words_among_numbers(words)
             return fault, f"{remedy}, and {marked}" if first else remedy
     if columns < 3:
-        return f"a text of {columns} columns under a heading, as of a profile", "export the whole map"
+        return f"a text of {columns} columns under a heading, such as a profile", "export the whole map"
     return f"a text of {columns} columns under a heading", marked
 
 

@@ -25,7 +25,7 @@ def _maps(file: BinaryIO) -> list[StoredMap]:
     head = file.read(4096)
     found = _HEADER_BYTES.search(head)
     if found is None:
-        raise ValueError("the header tells no length")
+        raise ValueError("the header does not state its length")
     start = int(found[1])
     file.seek(0)
     header = file.read(start)

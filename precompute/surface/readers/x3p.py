@@ -101,7 +101,7 @@ def _described(archive: Archive) -> tuple[str, Description]:
     names = [name for name in names if not name.startswith("__MACOSX")]
     if not names:
         known = archive_fault(archive.names)
-        raise KnownFault(*(known or ("a zip archive without main.xml, thus no X3P", CONVERT)))
+        raise KnownFault(*(known or ("a zip archive without main.xml, so not an X3P file", CONVERT)))
     return names[0].removesuffix("main.xml"), Description(archive.read(names[0], XML_MAX))
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..height_map import HeightMap
-from .wrapping import wrapping_surface
+from .ruled_gratings import wrapping_surface
 
 
 def cd() -> HeightMap:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..height_map import HeightMap
-from .wrapping import wrapping_blur, wrapping_noise, wrapping_surface
+from .ruled_gratings import wrapping_blur, wrapping_noise, wrapping_surface
 
 
 def elaphe() -> HeightMap:

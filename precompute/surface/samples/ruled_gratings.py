@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Line gratings with exact profiles and grating vectors along the tangent T, and the flat mirror."""
+"""Line gratings with exact profiles and grating vectors along the tangent T, and the flat mirror.
+
+Makes height maps and random fields whose edges wrap, for all samples."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from ..height_map import HeightMap
-from .wrapping import wrapping_surface
+from ..height_map import SAMPLE_PREFIX, HeightMap
 
 _SAMPLES_PER_PERIOD = 32
 _PERIODS = 26
@@ -79,3 +80,24 @@ def _grating(name: str, profile_m: np.ndarray, period_m: float, *, periods: int,
     """Repeat one period's profile (samples,) along T `periods` times, the same in every row."""
     height = np.broadcast_to(np.tile(profile_m, periods), (rows, periods * len(profile_m)))
     return wrapping_surface(name, height.copy(), period_m / len(profile_m))
+
+
+def wrapping_surface(name: str, height_m: np.ndarray, pixel_m: float) -> HeightMap:
+    """Make the periodic height map sample:NAME of heights (rows, cols) and square pixels, both in metres."""
+    return HeightMap(height_m, (pixel_m, pixel_m), f"{SAMPLE_PREFIX}{name}", periodic=True)
+
+
+def wrapping_noise(rng: np.random.Generator, shape: tuple[int, int], correlation: tuple[float, float]) -> np.ndarray:
+    """Draw periodic noise of mean 0 and rms 1, blurred by the given fractions of the sides (rows, cols)."""
+    sigma = correlation[0] * shape[0], correlation[1] * shape[1]
+    noise = wrapping_blur(rng.standard_normal(shape), sigma)
+    noise -= noise.mean()
+    return noise / noise.std()
+
+
+def wrapping_blur(values: np.ndarray, sigma: float | tuple[float, float]) -> np.ndarray:
+    """Blur periodically by a Gaussian of standard deviation sigma pixels along (rows, cols)."""
+    sigma_y, sigma_x = np.broadcast_to(sigma, 2)
+    y = np.exp(-2 * (np.pi * sigma_y * np.fft.fftfreq(values.shape[0])) ** 2)
+    x = np.exp(-2 * (np.pi * sigma_x * np.fft.rfftfreq(values.shape[1])) ** 2)
+    return np.fft.irfft2(np.fft.rfft2(values) * y[:, None] * x, s=values.shape)

@@ -54,8 +54,8 @@ def _missing(height_map: HeightMap) -> str:
 KINDS: dict[str, Kind] = {
     kind.name: kind
     for kind in (
-        Kind("plane", "take the tilt out; robust: dust does not count", plane, (Word(("least-squares", "robust")),)),
-        Kind("poly", "take a polynomial background of a degree out", background, (Number("DEGREE", 1, 5, 2, True),)),
+        Kind("plane", "remove the tilt; robust: ignores dust", plane, (Word(("least-squares", "robust")),)),
+        Kind("poly", "remove a polynomial background of this degree", background, (Number("DEGREE", 1, 5, 2, True),)),
         Kind("lines", "shift each scan line (left to right) to fit; erases grooves along it", align_lines,
              (Word(("median", "difference")),)),
         Kind("scars", "streaks along scan lines, by K times the rms difference of lines and 3 nm or more", remove_scars,
@@ -63,15 +63,15 @@ KINDS: dict[str, Kind] = {
         Kind("outliers", "single pixels, by K standard deviations", remove_outliers, (Number("K", 1, 1000, 8.0),)),
         Kind("dust", "dust and scratches, by K standard deviations of the relief", remove_dust,
              (Number("K", 1, 1000, 5.0),)),
-        Kind("fill", "fill holes now, and not after the last step", _fill),
+        Kind("fill", "fill holes here instead of after the last step", _fill),
         Kind("rotate", "turn counterclockwise by DEG", rotate, (Number("DEG", -360, 360),)),
         Kind("crop", "keep a rectangle, in um from the left and upper edge", crop, _RECTANGLE),
         Kind("periods", "crop to whole periods of the grating", whole_periods),
-        Kind("mask", "make a hole of a rectangle, in um from the left and upper edge", mask, _RECTANGLE),
+        Kind("mask", "mark a rectangle as missing, in um from the left and upper edge", mask, _RECTANGLE),
         Kind("invert", "turn heights into depths", invert),
         Kind("calibrate", "scale the pixels to a grating of NM", calibrate, (Number("NM", 1, 1e6),)),
         Kind("zscale", "multiply heights by FACTOR", scale_heights, (Number("FACTOR", 1e-3, 1e3),)),
-        Kind("tip", "take the rounding by a tip of radius NM out", remove_tip, (Number("NM", 0.1, 1e4),)),
+        Kind("tip", "undo the rounding by a tip of radius NM", remove_tip, (Number("NM", 0.1, 1e4),)),
     )
 }  # fmt: skip
 # The steps if the user asks for no others.
@@ -92,7 +92,13 @@ class Levelled:
 
 
 def level(height_map: HeightMap, steps: Sequence[Step] = DEFAULT) -> Levelled:
-    """Carry out steps in order. Raises GratingError, naming the source, for a step that does not suit the scan."""
+    """Carry out steps in order, by default `plane`, which subtracts the least-squares plane.
+
+    Raises GratingError, naming the source, for a step that does not suit the scan.
+
+    >>> levelled = level(read_height_map("sample:elaphe"), parse_steps("plane,dust"))
+    >>> levelled.height_map.height_m.shape, levelled.told
+    ((800, 800), ('dust:5: 0.15% of the pixels become holes, which are filled',))"""
     told = []
     for step in steps:
         done = step.carry_out(height_map)
@@ -105,7 +111,10 @@ def level(height_map: HeightMap, steps: Sequence[Step] = DEFAULT) -> Levelled:
 
 
 def parse_steps(text: str, source: str = "--level") -> tuple[Step, ...]:
-    """Parse a text like "plane,poly:2,dust"; "none" gives no steps. Raises GratingError as steps_of does."""
+    """Parse a text like "plane,poly:2,dust"; "none" gives no steps. Raises GratingError as steps_of does.
+
+    >>> [step.text for step in parse_steps("plane,poly,dust:6")]
+    ['plane', 'poly:2', 'dust:6']"""
     return () if text == NONE else steps_of(text.split(","), source)
 
 

@@ -272,13 +272,13 @@ def _removed(height_map: HeightMap, mask: np.ndarray, what: str, number: float) 
     if share > _SHARE_MAX:
         raise GratingError(
             height_map.source,
-            f"{what}:{number:g} would remove {share:.0%} of the scan, which then is its relief",
+            f"{what}:{number:g} would remove {share:.0%} of the scan: this is its relief",
             f"give {what} a larger number than {number:g}",
         )
     if not share:
         return Done(height_map, "nothing found")
     holed = replace(height_map, height_m=np.where(mask, np.nan, height_map.height_m))
-    return told_loss(height_map, holed, f"{share:.2%} of the pixels are made holes, which are filled", holes=share)
+    return told_loss(height_map, holed, f"{share:.2%} of the pixels become holes, which are filled", holes=share)
 
 
 def scars(height: np.ndarray, times: float) -> np.ndarray:
@@ -417,7 +417,7 @@ def calibrate(height_map: HeightMap, period_nm: float) -> Done:
             "give the period of that grating, or leave calibrate out",
         )
     dy, dx = (side * factor for side in height_map.pixel_size_m)
-    told = f"the grating of {measured_m * 1e9:.4g} nm has {period_nm:g} nm now, by pixels {factor:.4g} times as large"
+    told = f"the period of {measured_m * 1e9:.4g} nm is now {period_nm:g} nm: pixels are {factor:.4g} times as large"
     unusual = not 1 / _FACTOR_USUAL <= factor <= _FACTOR_USUAL
     if unusual:
         told += f"; a microscope errs by less, so check that this is the grating of {period_nm:g} nm"

@@ -137,11 +137,11 @@ def test_without_pillow_a_job_leaves_out_its_contact_sheet(addon, job, tmp_path,
     verb = importlib.import_module(f"{addon.package.__name__.rpartition('.')[0]}.precompute.cli.job_verb")
 
     def missing(*_):
-        raise verb.GratingError("Pillow", "there is none for Python 3.14", "install it")
+        raise verb.GratingError("Pillow", "it is not installed for Python 3.14", "install it")
 
     monkeypatch.setattr(verb, "write_sheet", missing)
     assert addon.commands.execute(["job", str(job)]) == 0
-    assert "no contact sheet: Pillow: there is none for Python 3.14; install it" in capfd.readouterr().err
+    assert "no contact sheet: Pillow: it is not installed for Python 3.14; install it" in capfd.readouterr().err
     assert len(list((tmp_path / "out" / "pictures").glob("*.png"))) == 4
     assert addon.commands.execute(["job", str(job), "--step", "sheet"]) == 1
 

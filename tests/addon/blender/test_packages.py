@@ -14,7 +14,7 @@ from tests.addon.layout import Layout, context_of
 
 MISSING, BROKEN = "missing", "broken"
 STATES = (MISSING, BROKEN)
-FAULTS = {MISSING: r"there is none for Python 3\.\d+", BROKEN: r"cannot be loaded \(ImportError: GLIBC.*\)"}
+FAULTS = {MISSING: r"it is not installed for Python 3\.\d+", BROKEN: r"cannot be loaded \(ImportError: GLIBC.*\)"}
 REMEDY = "install the extension's zip for this platform, or this package for this Python"
 
 

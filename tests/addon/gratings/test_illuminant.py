@@ -47,8 +47,8 @@ def test_a_file_s_spectrum_is_in_the_field(waves, tmp_path):
 
 
 @pytest.mark.parametrize(("typed", "told"), [
-    ("moon", "waves: Lamp Spectrum: moon: is no known illuminant"), ("0K", "0K: is out of range"),
-    ("/none/lamp.csv", "cannot be read"), ("400:1 300:2", "is no known illuminant"),
+    ("moon", "waves: Lamp Spectrum: moon: is not a known illuminant"), ("0K", "0K: is out of range"),
+    ("/none/lamp.csv", "cannot be read"), ("400:1 300:2", "is not a known illuminant"),
 ])  # fmt: skip
 def test_a_light_that_is_none_stays_and_is_refused(waves, typed, told):
     waves.illuminant = typed

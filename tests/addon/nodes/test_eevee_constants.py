@@ -107,7 +107,7 @@ def skins(tmp_path_factory):
     """The bakes of two snakes, with about as many constants as bakes of dE 1."""
     folder, request = tmp_path_factory.mktemp("skins"), BakeRequest(coherence_length_m=6e-6, delta_e=5)
     surfaces = (read_height_map(f"sample:{name}") for name in ("elaphe", "xenopeltis"))
-    return [bake_to_folder([each], request, folder, progress=lambda *_: None)["files"][0] for each in surfaces]
+    return [bake_to_folder([each], request, folder)["files"][0] for each in surfaces]
 
 
 def test_a_snake_of_two_bakes_reads_all_eight_sources(addon, scene, skins):

@@ -59,7 +59,7 @@ def test_a_picture_that_is_no_bake_is_refused_in_one_line(scene, baked, tmp_path
     shutil.copy(baked, tmp_path / "waves.exr")
     for files in ([tmp_path / "picture.exr"], [tmp_path / "waves.exr", tmp_path / "picture.exr"]):
         with pytest.raises(
-            RuntimeError, match="picture.exr: no bake, but another OpenEXR file; give the .exr that a bake"
+            RuntimeError, match="picture.exr: not a bake, but another OpenEXR file; give the .exr that a bake"
         ) as refusal:
             bpy.ops.grating.load_bake("INVOKE_DEFAULT", **dropped(*files))
         assert str(refusal.value).strip().count("\n") == 0

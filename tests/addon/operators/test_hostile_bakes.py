@@ -18,13 +18,13 @@ from precompute.table.atlas import HEADER_KEY, write_together
 
 # The change to a bake's record, as text, and to its image; and a part of the error line.
 FAULTS = {
-    "20,000 terms": (lambda text: changed(text, terms=20_000, rows=10_000), None, "what no picture of this kind"),
+    "20,000 terms": (lambda text: changed(text, terms=20_000, rows=10_000), None, "no picture of this kind"),
     "another picture's layout": (lambda text: changed(text, rows=9), None, "not the size"),
     "an unknown illuminant": (lambda text: changed(text, illuminant='D65"\n#include "x'), None, "its header"),
     "true for a number": (lambda text: changed(text, sigma_b=True), None, "its header's sigma_b is True"),
     "400 digits": (lambda text: text.replace('"scale": ', '"scale": ' + "9" * 400), None, "not JSON"),
     "deep nesting": (lambda text: "[" * 100_000 + "]" * 100_000, None, "nested too deeply"),
-    "a picture that is no number": (None, lambda image: image.__setitem__((3, 3, 1), np.nan), "no number"),
+    "a picture that is no number": (None, lambda image: image.__setitem__((3, 3, 1), np.nan), "not numbers"),
 }
 
 

@@ -12,8 +12,7 @@ import pytest
 from precompute.bake.make import bake_to_folder
 from precompute.bake.request import request_from
 from precompute.base.exr import open_picture
-from precompute.base.progress import silent
-from precompute.measure.stated_errors import stated_errors
+from precompute.measure.errors import stated_errors
 from precompute.table.atlas import HEADER_KEY, read_header
 from precompute.table.sample_set import path_beside
 
@@ -35,7 +34,7 @@ def foil(tmp_path_factory):
     }
     request = request_from(record, "test")
     folder = tmp_path_factory.mktemp("foil")
-    bake_to_folder([scan.read() for scan in request.scans], request, folder, progress=silent)
+    bake_to_folder([scan.read() for scan in request.scans], request, folder)
     return next(path for path in folder.glob("*.exr") if not path.stem.endswith(".lobes"))
 
 

@@ -19,12 +19,10 @@ def drafts(extension, tmp_path_factory):
     """A folder with the draft of one preset."""
     make = importlib.import_module(f"{EXTENSION}.precompute.presets.presets")
     bake = importlib.import_module(f"{EXTENSION}.precompute.bake.make").bake_to_folder
-    silent = importlib.import_module(f"{EXTENSION}.precompute.base.progress").silent
-    presets = importlib.import_module(f"{EXTENSION}.precompute.presets.presets")
     folder = tmp_path_factory.mktemp("drafts")
-    request = make.draft_request(presets.read_preset(PRESET).request)
+    request = make.draft_request(make.read_preset(PRESET).request)
     height_maps = [scan.read() for scan in request.scans]
-    make.write_draft(PRESET, request, partial(bake, height_maps, request, progress=silent), folder=folder)
+    make.write_draft(request, bake(height_maps, request, folder / PRESET))
     return folder
 
 

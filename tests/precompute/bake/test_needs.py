@@ -43,9 +43,9 @@ def test_a_disc_blurs_by_half_its_radius():
         ("{", "not JSON that can be used"),
         ("[" * 10**5 + "]" * 10**5, "nested too deeply"),
         ('{"format": 1, "footprint": ' + "1" * 5000 + "}", "integer of 5000 digits"),
-        ('{"format": 1, "footprint": 1e999}', "no finite number"),
-        ('{"format": 1, "footprint": NaN}', "no finite number"),
-        ('{"format": 1, "u": [0, 1], "u": [0, 2]}', "a key stands twice"),
+        ('{"format": 1, "footprint": 1e999}', "not a finite number"),
+        ('{"format": 1, "footprint": NaN}', "not a finite number"),
+        ('{"format": 1, "u": [0, 1], "u": [0, 2]}', "a key appears twice"),
         ({"format": True}, "not a needs file of format 1"),
         ({"format": 1, "k" * 10**5: 0}, "kkk: no such key"),
         ({"format": 1, "u": [False, True]}, "u: cannot be .*; give two numbers"),
@@ -88,5 +88,5 @@ def test_a_region_that_no_directions_reach_is_refused(tmp_path, capsys):
     needs = tmp_path / "needs.json"
     needs.write_text(json.dumps({"format": 1, "u": [1.5, 2], "v": [-2, -1.5]}))
     assert parser.main(["bake", "sample:cd", "--needs", str(needs), "-o", str(tmp_path), "--progress", "none"]) == 1
-    assert "two directions above the surface never have the u, v and w of its needs" in capsys.readouterr().err
+    assert "no directions of light and view have the u, v and w of its needs" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["needs.json"]

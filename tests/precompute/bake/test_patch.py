@@ -128,7 +128,9 @@ def test_where_edges_wrap_only_the_centre_must_be_on_the_scan():
 
 
 def test_the_ensemble_model_has_no_place():
-    with pytest.raises(GratingError, match="mean over all places .*; choose --model patch, or leave --patch-um out"):
+    with pytest.raises(
+        GratingError, match="averages over all places .*; choose --model patch, or leave --patch-um out"
+    ):
         ensemble.plan([RELIEF], BakeRequest(patch_um=(1.0, 1.0)))
 
 
@@ -140,7 +142,7 @@ def test_a_table_begins_where_polynomials_can_follow():
 
 
 def test_several_scans_are_refused():
-    with pytest.raises(GratingError, match="2 scans: the patch model is of one"):
+    with pytest.raises(GratingError, match="2 scans: the patch model takes one"):
         patch.plan([RELIEF, RELIEF], BakeRequest(coherence_length_m=LENGTH_M))
 
 
@@ -150,12 +152,12 @@ def test_a_spread_of_directions_is_refused():
 
 
 def test_a_metal_is_refused(tmp_path, capsys):
-    with pytest.raises(GratingError, match="the patch model is of a dielectric; choose "):
+    with pytest.raises(GratingError, match="the patch model takes only a dielectric; choose "):
         patch.plan([RELIEF], BakeRequest(coherence_length_m=LENGTH_M, matter=Matter(MIRROR)))
     command = ["bake", "sample:blazed", "-o", str(tmp_path / "out"), "--model", "patch", "--matter", "gold"]
     assert parser.main([*command, "--no-cache", "--progress", "none"]) == 1
     out, err = capsys.readouterr()
-    told = "the patch model is of a dielectric; choose --model ensemble, or --matter dielectric\n"
+    told = "the patch model takes only a dielectric; choose --model ensemble, or --matter dielectric\n"
     assert out == "" and len(err.splitlines()) == 1 and err.startswith("error: ") and err.endswith(told)
     assert "blazed" in err and not (tmp_path / "out").exists()
 

@@ -33,7 +33,7 @@ def test_a_request_comes_back():
 
 
 @pytest.mark.parametrize(("record", "fault"), [
-    (None, "holds no request"), ([], "holds no request"), ("{}", "holds no request"), (True, "holds no request"),
+    (None, "has no request"), ([], "has no request"), ("{}", "has no request"), (True, "has no request"),
     ({"delta_e": True}, "delta_e: give a number from 0.001 to 100"), ({"delta_e": "1"}, "delta_e: give"),
     ({"delta_e": 0}, "delta_e: give"), ({"delta_e": 1e-308}, "delta_e: give"), ({"delta_e": 101}, "delta_e: give"),
     ({"delta_e": None}, "delta_e: give"), ({"delta_e": [1]}, "delta_e: give"), ({"coherence_um": 1e5}, "coherence"),
@@ -51,8 +51,8 @@ def test_a_request_comes_back():
     ({"needs": 1}, "not a needs file"), ({"needs": {}}, "not a needs"),
     ({"k" * 10**5: 0}, "kkk: no such key"), ({"scans": {}}, "scans: give a list"), ({"scans": [1]}, "scans: give each"),
     ({"scans": [SCAN] * 1001}, "scans: 1001 of them"), ({"scans": [{"source": 1}]}, "scans: give each"),
-    ({"scans": [{"source": ""}]}, "source: no name"), ({"scans": [{"source": "a\0b"}]}, "source: no name"),
-    ({"scans": [{"source": "\ud800"}]}, "scans: source: no name"), ({"scans": [{**SCAN, "channel": 1}]}, "scans"),
+    ({"scans": [{"source": ""}]}, "not a file name"), ({"scans": [{"source": "a\0b"}]}, "not a file name"),
+    ({"scans": [{"source": "\ud800"}]}, "not a file name"), ({"scans": [{**SCAN, "channel": 1}]}, "scans"),
     ({"scans": [{**SCAN, "size_um": True}]}, "scans: size_um: give a number"),
     ({"scans": [{**SCAN, "size_um": 1e-9}]}, "scans: size_um: give a number from 0.001"),
     ({"scans": [{**SCAN, "height_nm": 2e9}]}, "scans: height_nm: give a number from 0.001 to 1e.09"),

@@ -13,8 +13,7 @@ from precompute.bake.make import make
 from precompute.bake.needs import Needs
 from precompute.bake.request import BakeRequest
 from precompute.base.progress import silent
-from precompute.measure.errors import Errors, measure
-from precompute.measure.stated_errors import stated_errors
+from precompute.measure.errors import Errors, measure, stated_errors
 from precompute.measure.truths import draw_pairs
 from precompute.optics.region import Region
 

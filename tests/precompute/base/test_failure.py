@@ -23,13 +23,16 @@ def test_a_long_text_is_cut_and_the_remedy_stays():
     assert len(told) < 10**4 and told.endswith(": bake it again")
 
 
-FAILURE = GratingError("a.png", "it carries no size", ("give ", Setting.SIZE_UM, ", or crop it"))
+FAILURE = GratingError("a.png", "it does not store its size", ("give ", Setting.SIZE_UM, ", or crop it"))
 
 
 def test_a_setting_is_an_option_on_the_command_line():
-    assert str(FAILURE) == "a.png: it carries no size; give --size-um, or crop it"
+    assert str(FAILURE) == "a.png: it does not store its size; give --size-um, or crop it"
     assert spelled(FAILURE.remedy) == "give --size-um, or crop it"
-    assert FAILURE.line("b.png", lambda setting: setting.name) == "b.png: it carries no size; give SIZE_UM, or crop it"
+    assert (
+        FAILURE.line("b.png", lambda setting: setting.name)
+        == "b.png: it does not store its size; give SIZE_UM, or crop it"
+    )
 
 
 @pytest.mark.parametrize(("fields", "told"), [

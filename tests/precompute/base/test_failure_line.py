@@ -10,7 +10,7 @@ import pytest
 from precompute.base.failure import GratingError, Setting
 from precompute.base.strict import failure_in, failure_line
 
-FAILURE = GratingError("a.png", "it carries no size", ("give ", Setting.SIZE_UM, ", or crop it"))
+FAILURE = GratingError("a.png", "it does not store its size", ("give ", Setting.SIZE_UM, ", or crop it"))
 
 
 def fields(error):
@@ -38,7 +38,7 @@ def test_a_setting_of_a_newer_version_is_an_option():
 
 
 @pytest.mark.parametrize("line", [
-    "", "{", failure_line(FAILURE)[:-5], "error: a.png: it carries no size; give --size-um",
+    "", "{", failure_line(FAILURE)[:-5], "error: a.png: it does not store its size; give --size-um",
     '{"stage": "bake", "fraction": 0.5}', '{"error": null}', '{"error": {"what": "a.png"}}',
     '{"error": {"what": 1, "fault": "", "remedy": []}}', '{"error": {"what": "", "fault": "", "remedy": "crop it"}}',
     "{" * 100_000,

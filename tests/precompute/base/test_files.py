@@ -102,8 +102,8 @@ def test_one_byte_more_than_the_limit_is_read(tmp_path):
 
 
 @pytest.mark.parametrize(("name", "told"), [
-    ("gone", "cannot be read (No such file or directory); give a file"), ("folder", "is no file; give a file"),
-    ("fifo", "is no file"), ("x" * 300, "cannot be read"), ("a\0b", "cannot be read"),
+    ("gone", "cannot be read (No such file or directory); give a file"), ("folder", "is not a file; give a file"),
+    ("fifo", "is not a file"), ("x" * 300, "cannot be read"), ("a\0b", "cannot be read"),
 ])  # fmt: skip
 def test_what_cannot_be_read_is_told_in_a_line(tmp_path, name, told):
     (tmp_path / "folder").mkdir()

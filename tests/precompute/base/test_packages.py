@@ -69,7 +69,7 @@ def spoil(tmp_path_factory, monkeypatch):
 @pytest.mark.parametrize("package", PACKAGES)
 def test_a_package_that_cannot_be_loaded_is_one_line(spoil, package, state):
     spoil(PACKAGES[package], state)
-    fault = "there is none for Python 3" if state == "missing" else rf"cannot be loaded \({state}: .*\)"
+    fault = "it is not installed for Python 3" if state == "missing" else rf"cannot be loaded \({state}: .*\)"
     with pytest.raises(GratingError, match=rf"^{package}: {fault}.*; install the extension's zip for this platform"):
         bundled(PACKAGES[package])
 

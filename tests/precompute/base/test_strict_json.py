@@ -37,7 +37,7 @@ def test_what_is_no_json_is_refused(text):
 
 @pytest.mark.parametrize("text", ["NaN", "Infinity", "[-Infinity]", "1e999", "-1" + "0" * 400 + ".5"])
 def test_numbers_that_are_not_finite_are_refused(text):
-    assert "no finite number" in refused(text)
+    assert "not a finite number" in refused(text)
 
 
 @pytest.mark.parametrize("digits", [400, 5000, 10**6])
@@ -83,7 +83,7 @@ def test_a_file_is_read_with_or_without_a_mark_of_its_byte_order(tmp_path):
 
 def test_what_is_no_file_is_refused(tmp_path):
     assert "No such file" in refused_file(tmp_path / "gone.json")
-    assert "is no file" in refused_file(tmp_path)
+    assert "is not a file" in refused_file(tmp_path)
     assert "cannot be read" in refused_file(tmp_path / ("n" * 300))
     (tmp_path / "needs.json").write_bytes(b"\0")
     assert "not JSON" in refused_file(tmp_path / "needs.json")
@@ -92,7 +92,7 @@ def test_what_is_no_file_is_refused(tmp_path):
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no fifos")
 def test_a_fifo_is_not_waited_for(tmp_path):
     os.mkfifo(tmp_path / "needs.json")
-    assert "is no file" in refused_file(tmp_path / "needs.json")
+    assert "is not a file" in refused_file(tmp_path / "needs.json")
 
 
 def test_no_more_of_a_file_is_read_than_may_be(tmp_path):

@@ -177,8 +177,8 @@ def test_a_window_elsewhere_sees_what_is_there(run, tmp_path):
         (("-o", "map.png", "--patch-um", "1"), "1: give two numbers, as 20,32.5"),
         (("-o", "map.png", "--patch-um=-1,2"), "'-1': give a number from 0 to 1e+06"),
         (("-o", "map.png", "--channels", "xyz"), "a PNG cannot hold --channels xyz; name the file .exr"),
-        (("-o", "map.png", "--lamp", "moon"), "moon: is no known illuminant"),
-        (("-o", "map.png", "--lamp", "smooth"), "smooth is no single lamp; give one, such as 2700K"),
+        (("-o", "map.png", "--lamp", "moon"), "moon: is not a known illuminant"),
+        (("-o", "map.png", "--lamp", "smooth"), "smooth is not a single lamp; give one, such as 2700K"),
         (("-o", "map.png", "--lamp", "2700K", "--method", "stam"), "--lamp: the method stam has no lamp; leave it out"),
         (
             ("-o", "map.exr", "--lamp", "2700K", "--channels", "spectrum", "--method", "reference"),

@@ -92,7 +92,7 @@ def test_no_command_line_takes_numbers_in_another_way(name):
 @pytest.mark.parametrize("verb", VERBS)
 @pytest.mark.parametrize("each", ["--size-um=--", "--json=--", "-o--", "-o=--", "--output=--"])
 def test_dashes_are_no_value(refused, verb, each):
-    assert "`--` is no value" in refused(verb, "sample:flat", each, status=2)
+    assert "`--` is not a value" in refused(verb, "sample:flat", each, status=2)
 
 
 @pytest.mark.parametrize("argv", [

@@ -60,5 +60,5 @@ def test_no_verb_replaces_a_file_that_it_reads(refused, tmp_path, monkeypatch):
         ("map", "a.png", *size, "--method", "reference", "-o", f"{tmp_path}/a.png"),
         ("info", "./a.png", *size, "--json", "a.png"), ("comb", "mesh.npz", "-o", "."), ("unwrap", "uv.npz", "-o", "."),
     ):  # fmt: skip
-        assert "would be replaced, and is read here; write to another folder or file" in refused(*line)
+        assert "would be overwritten, but is an input; write to another folder or file" in refused(*line)
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before

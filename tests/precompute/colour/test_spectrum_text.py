@@ -75,10 +75,10 @@ BAD = {
     "three columns": (b"400 1 2\n500 1 2\n", "line 1 has 3 columns"),
     "one column": (b"400\n500\n", "line 1 has 1 columns"),
     "decimal commas": (b"400,5 1,5\n500,5 2,5\n", "line 1 has 4 columns"),
-    "words": (b"400 1\n500 bright\n", "line 2: bright is no number"),
-    "binary": (bytes(range(256)), "is no text"),
-    "zeros": (b"400 1\0\n500 1\n", "is no text"),
-    "utf-16": ("400 1\n500 1\n".encode("utf-16"), "is no text"),
+    "words": (b"400 1\n500 bright\n", "line 2: bright is not a number"),
+    "binary": (bytes(range(256)), "is not a text file"),
+    "zeros": (b"400 1\0\n500 1\n", "is not a text file"),
+    "utf-16": ("400 1\n500 1\n".encode("utf-16"), "is not a text file"),
     "large": (b"#" * (LARGEST_BYTES + 1), "is larger than 1 MiB"),
     "many points": ("".join(f"{400 + k / 100} 1\n" for k in range(3000)).encode(), "has 3000 points"),
 }
@@ -96,7 +96,7 @@ def test_files_that_are_no_spectra(tmp_path, kind):
 
 
 def test_what_is_no_file(tmp_path):
-    for name, told in (("", "is no file"), ("none.csv", "No such file"), ("a\0b", "cannot")):
+    for name, told in (("", "is not a file"), ("none.csv", "No such file"), ("a\0b", "cannot")):
         path = tmp_path / name
         with pytest.raises(GratingError, match=told):
             illuminant_of(str(path))
@@ -105,5 +105,5 @@ def test_what_is_no_file(tmp_path):
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
 def test_a_pipe_does_not_block(tmp_path):
     os.mkfifo(tmp_path / "lamp.csv")
-    with pytest.raises(GratingError, match="is no file"):
+    with pytest.raises(GratingError, match="is not a file"):
         read_spectrum(tmp_path / "lamp.csv")

@@ -130,7 +130,7 @@ def test_a_middle_piece_keeps_its_pixels():
     [
         (["--shared", "nowhere"], "nowhere: there is no such folder"),
         (["--output", "README.md"], "is a file; name a folder"),
-        (["--json", "nowhere/facts.json"], "its folder is not there"),
+        (["--json", "nowhere/facts.json"], "its folder does not exist"),
     ],
 )
 def test_a_refusal_is_one_line(arguments, said, tmp_path, monkeypatch, capsys):

@@ -48,7 +48,7 @@ def test_the_line_says_share_and_error(blaze):
     record = {space: found.as_dict() for space, found in blaze.items()}
     line = told(record)
     assert (
-        line.startswith("the light's colours that a space lacks: Rec.709 ")
+        line.startswith("colours too pure for a screen, shown greyer: Rec.709 ")
         and f"p95 {blaze['Rec.709'].p95:.1f}" in line
     )
     assert is_shown(record) and is_shown({})

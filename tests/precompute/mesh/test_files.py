@@ -36,10 +36,10 @@ def test_a_mesh_and_a_combed_one_come_back(tmp_path):
 
 
 @pytest.mark.parametrize(("changes", "fault"), [
-    ({"guide": np.array("wish")}, "no guide"), ({"guide": np.array("uv")}, "no guide"),
-    ({"point": np.arange(3) + 10**6}, "contradicts itself"), ({"corners": np.full((1, 3), -1)}, "contradicts itself"),
-    ({"normals": np.zeros((1, 3))}, "contradicts itself"), ({"face": np.array([1e300])}, "face is of kind float64"),
-    ({"guide": np.array("copy"), "uv": np.zeros((2, 2))}, "contradicts itself"),
+    ({"guide": np.array("wish")}, "does not name a guide"), ({"guide": np.array("uv")}, "does not name a guide"),
+    ({"point": np.arange(3) + 10**6}, "inconsistent"), ({"corners": np.full((1, 3), -1)}, "inconsistent"),
+    ({"normals": np.zeros((1, 3))}, "inconsistent"), ({"face": np.array([1e300])}, "face is of kind float64"),
+    ({"guide": np.array("copy"), "uv": np.zeros((2, 2))}, "inconsistent"),
     ({"axis": np.zeros(2)}, r"axis is of kind float64 and shape \(2,\)"),
 ])  # fmt: skip
 def test_a_mesh_that_contradicts_itself_is_refused(tmp_path, changes, fault):
@@ -65,7 +65,7 @@ def test_what_is_no_mesh_is_refused(tmp_path, content):
 def test_what_never_ends_is_not_waited_for(tmp_path, make):
     make(tmp_path / "bad.npz")
     for read in (read_mesh, read_combed, unwrap.read_mesh):
-        with pytest.raises(GratingError, match=r"bad\.npz: .*\(it is no file\); "):
+        with pytest.raises(GratingError, match=r"bad\.npz: .*\(it is not a file\); "):
             read(tmp_path / "bad.npz")
 
 
@@ -83,8 +83,9 @@ def test_a_shape_of_many_sides_is_not_printed_whole(tmp_path):
 
 @pytest.mark.parametrize(("old", "new", "told"), [
     (b"(2, 3)", b"(9999999999, 3)", "points is not as long as its header says"),
-    (b"'<f8'", b"'|O'", "points is no array of numbers"), (b"'<f8'", b"'<c16'", "points is no array of numbers"),
-    (b"{'descr'", b"{1:'descr'", "points is no array of numbers"), (b"NUMPY", b"MUNPY", "points is no array"),
+    (b"'<f8'", b"'|O'", "points is not an array of numbers"),
+    (b"'<f8'", b"'<c16'", "points is not an array of numbers"),
+    (b"{'descr'", b"{1:'descr'", "points is not an array of numbers"), (b"NUMPY", b"MUNPY", "points is not an array"),
 ])  # fmt: skip
 def test_what_an_array_declares_is_not_believed(tmp_path, old, new, told):
     out = io.BytesIO()
@@ -104,7 +105,7 @@ def test_what_an_array_declares_is_not_believed(tmp_path, old, new, told):
 
 def test_a_file_of_something_else_is_refused(tmp_path):
     np.savez(tmp_path / "bad.npz", guide=np.array("smoothest"))
-    for read, fault in ((read_mesh, "holds no mesh"), (read_combed, "no combed mesh")):
+    for read, fault in ((read_mesh, "holds no mesh"), (read_combed, "not a combed mesh")):
         with pytest.raises(GratingError, match=fault):
             read(tmp_path / "bad.npz")
 

@@ -141,7 +141,7 @@ def changed(**arrays):
 @pytest.mark.parametrize(("arrays", "told"), [
     (changed(points=np.zeros((264, 3))), "no face has an area; scale it up, or dissolve"),
     (changed(triangles=np.zeros((0, 3), int), polygons=np.zeros(0, int)), "no faces to unwrap; choose a mesh"),
-    (changed(triangles=np.full((528, 3), 9999)), "no mesh to unwrap|a face of a point that is not there"),
+    (changed(triangles=np.full((528, 3), 9999)), "no mesh to unwrap|a face has a point that does not exist"),
     (changed(points=np.full((264, 3), np.nan)), "a point has no position"),
     (changed(points=np.zeros((264, 2))), r"no mesh to unwrap \(points is of kind float64 and shape \(264, 2\)\); give"),
     (changed(points=np.full((264, 3), 1e30)), r"a point more than 1000 km away; delete it, or scale it down"),
@@ -182,7 +182,7 @@ def test_the_verb_writes_a_map_and_its_facts(tmp_path, capsys):
 def test_without_xatlas_the_remedy_is_told(monkeypatch):
     monkeypatch.setattr(module, "missing_packages", lambda: ["xatlas"])
     with pytest.raises(
-        GratingError, match="xatlas: there is none for Python 3.*; choose Blender's own Minimum Stretch"
+        GratingError, match="xatlas: it is not installed for Python 3.*; choose Blender's own Minimum Stretch"
     ):
         unwrap(ball(), Packing())
 

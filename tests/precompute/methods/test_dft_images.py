@@ -144,7 +144,7 @@ def test_an_image_that_is_no_number_is_refused(tmp_path):
     image, layout = pack(METHODS["flss"](RELIEF, SETTINGS))
     image[3, 3, 0] = np.nan
     write_together({tmp_path / "nan.exr": (image, layout)}, {})
-    with pytest.raises(GratingError, match="no number"):
+    with pytest.raises(GratingError, match="not numbers"):
         read_sound_layout(tmp_path / "nan.exr")
 
 

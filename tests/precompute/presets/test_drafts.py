@@ -25,7 +25,7 @@ def bake(folder: Path) -> dict:
 
 @pytest.fixture
 def folder(tmp_path):
-    presets.write_draft("cd", REQUEST, bake, folder=tmp_path)
+    presets.write_draft(REQUEST, bake(tmp_path / "cd"))
     return tmp_path
 
 

@@ -83,7 +83,7 @@ FAULTS = [
     (WORKING | {"colour": 1}, "foil.json: colour: no such key of a preset; there are title"),
     ({k: v for k, v in WORKING.items() if k != "sources"}, "foil.json: sources: is missing; add `sources`"),
     (WORKING | {"title": "a\nb"}, r"foil.json: title: cannot be 'a\nb'; give a text"),
-    (WORKING | {"request": []}, "foil.json: request: holds no request"),
+    (WORKING | {"request": []}, "foil.json: request: has no request"),
     (WORKING | {"request": {}}, "foil.json: request: names no scan; add"),
     (WORKING | {"request": WORKING["request"] | {"matter": "cheese"}}, "foil.json: request: matter: cheese: is not"),
     (scan("skin.nid"), "foil.json: request: skin.nid is a file; give sample:NAME"),
@@ -136,7 +136,7 @@ def test_a_path_that_ends_in_json_is_a_file_anywhere(tmp_path):
 def test_it_bakes(name, tmp_path):
     """A metal, a stack of layers, and the coarsest groove."""
     request = replace(read_preset(name).request, delta_e=3.0, coherence_length_m=10 * 1e-6)
-    facts = bake_to_folder([scan.read() for scan in request.scans], request, tmp_path, progress=lambda *_: None)
+    facts = bake_to_folder([scan.read() for scan in request.scans], request, tmp_path)
     assert facts["delta_e"]["p99"] <= 3
     _, header = read_header(tmp_path / next(name for name in facts["files"] if name.endswith(".exr")))
     assert request_from(header["request"], name) == request

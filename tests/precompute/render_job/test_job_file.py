@@ -8,10 +8,17 @@ import pytest
 
 from precompute.base.failure import GratingError
 from precompute.presets.presets import FOLDER as PRESETS
-from precompute.render_job.frame_ranges import parse_frames
 from precompute.render_job.job_file import EXAMPLE, read_job
 from precompute.render_job.pictures import pictures_of, scene_names
-from precompute.render_job.plan import PLAN_FORMAT, plain_name, plan_of, read_plan, recipe_of_plan, write_record
+from precompute.render_job.plan import (
+    PLAN_FORMAT,
+    parse_frames,
+    plain_name,
+    plan_of,
+    read_plan,
+    recipe_of_plan,
+    write_record,
+)
 
 THUMBNAILS = """
 output = "thumbnails"
@@ -59,7 +66,7 @@ def test_the_example_of_the_help_is_a_job_with_every_key(written):
     assert [surface.name for surface in job.surfaces] == ["cd_gold", "cd_silver", "skin"]
     # 13 frames, 2 zooms, 2 x 2 x 2 states of the lamp, 2 seeds in Cycles and 1 in EEVEE.
     assert len(pictures_of(job, "skin")) == 13 * 2 * 8 * 3
-    assert None not in (job.scene, job.views.samples, job.views.width, job.views.height)
+    assert None not in (job.scene, *job.views.quality.values())
 
 
 def test_what_is_left_out_is_the_scene_s_own(written, tmp_path):
@@ -143,25 +150,25 @@ def test_what_is_no_range_of_frames(text):
     ('scene = "a"\n[pictures]\nzooms = [0]', "pictures.zooms: cannot be 0; give a number from 0.001 to 1000"),
     ('scene = "a"\n[pictures]\nzooms = [nan]', "pictures.zooms: cannot be nan"),
     (f'scene = "a"\n[pictures]\nzooms = [{"9" * 400}]', "pictures.zooms: cannot be 999"),
-    ('scene = "a"\n[pictures]\nzooms = [1, 1.0]', "pictures.zooms: a value stands twice"),
+    ('scene = "a"\n[pictures]\nzooms = [1, 1.0]', "pictures.zooms: a value appears twice"),
     ('scene = "a"\n[pictures]\nzooms = []', "pictures.zooms: cannot be []"),
     ('scene = "a"\n[pictures]\nengines = ["workbench"]', "pictures.engines: cannot be 'workbench'; give one of cycles"),
     ('scene = "a"\n[pictures]\nsamples = true', "pictures.samples: cannot be True"),
     ('scene = "a"\n[pictures]\ndenoise = 1', "pictures.denoise: cannot be 1; give true or false"),
-    ('scene = "a"\npictures = 3', "pictures: is no table"),
-    ('scene = "a"\n[grating]\npreset = "cd"', "grating: is no list of tables; write each as [[grating]]"),
+    ('scene = "a"\npictures = 3', "pictures: is not a table"),
+    ('scene = "a"\n[grating]\npreset = "cd"', "grating: is not a list of tables; write each as [[grating]]"),
     ("[[grating]]\nname = 'a'", "grating 1.preset: give either `preset` or `scans`"),
     ('[[grating]]\npreset = "ce"', "grating 1: preset ce: there is no such preset"),
     ('[[grating]]\npreset = "cd"\nmatters = ["mud"]', "grating 1: "),
     ('[[grating]]\npreset = "cd"\ndelta_e = -1', "grating 1: its bake: delta_e: cannot be -1"),
     ('[[grating]]\npreset = "cd"\nsize_um = 3', "grating 1.size_um: no such key"),
     ('[[grating]]\nscans = ["a.png"]', "grating: scans need a scene"),
-    ('[[grating]]\npreset = "cd"\n[[grating]]\npreset = "cd"', "grating: cd stands twice"),
+    ('[[grating]]\npreset = "cd"\n[[grating]]\npreset = "cd"', "grating: cd appears twice"),
     ('[[grating]]\npreset = "cd"\ninputs = {Roughness = "a"}', "grating 1.inputs.Roughness: cannot be 'a'"),
     ('scene = "a"\nneeds = true', "needs: there is no grating to bake"),
     ('scene = "a"\n[[light]]\nstrength = [1]', "light 1.lamp: is missing"),
-    ('scene = "a"\n[[light]]\nlamp = "S"\nazimuth_deg = [1]', "light 1.azimuth_deg: one angle says no direction"),
-    ('scene = "a\\u0000"', "scene: no name of a file"),
+    ('scene = "a"\n[[light]]\nlamp = "S"\nazimuth_deg = [1]', "azimuth_deg: one angle alone gives no direction"),
+    ('scene = "a\\u0000"', "scene: not a file name"),
 ])  # fmt: skip
 def test_each_fault_is_a_line_with_its_key(written, tmp_path, text, told):
     with pytest.raises(GratingError) as caught:
@@ -241,9 +248,9 @@ def test_a_plan_that_was_changed_is_refused(written, tmp_path):
     ):  # fmt: skip
         first, *others = plan["pictures"]
         write_record(path, plan | {"pictures": [first | {key: value}, *others]})
-        with pytest.raises(GratingError, match=rf"plan.json: no plan that can be used \({re.escape(told)}.*; run the"):
+        with pytest.raises(GratingError, match=rf"plan.json: not a usable plan \({re.escape(told)}.*; run the"):
             read_plan(path)
     for changed in ({"scene": "../a.blend"}, {"scene": "a"}, {"pictures": {}}, {"format": 0}, {"made_by": 1}, {"x": 1}):
         write_record(path, plan | changed)
-        with pytest.raises(GratingError, match="no plan that can be used"):
+        with pytest.raises(GratingError, match="not a usable plan"):
             read_plan(path)

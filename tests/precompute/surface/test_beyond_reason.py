@@ -112,12 +112,12 @@ def test_sizes_of_a_picture_beyond_reason(tmp_path, name, value):
 def test_what_is_no_file_is_not_waited_for(tmp_path, extension):
     fifo = tmp_path / f"fifo{extension}"
     os.mkfifo(fifo)
-    with pytest.raises(GratingError, match="fifo.*: is no file; "):
+    with pytest.raises(GratingError, match="fifo.*: is not a file; "):
         read_height_map(str(fifo), **SIZES)
     for device in ("/dev/zero", "/dev/null"):
         link = tmp_path / f"{device[5:]}{extension}"
         link.symlink_to(device)
-        with pytest.raises(GratingError, match="is no file; "):
+        with pytest.raises(GratingError, match="is not a file; "):
             reader_of(str(link))
 
 

@@ -51,7 +51,7 @@ def test_broken_ridges_along_the_rows_are_no_dirt():
     assert describe(ridges).periods_m[0] == pytest.approx(1e-6, rel=0.01)
     found = finding(ridges)
     assert found.light == "good" and advised(found.sentence) == ""
-    assert found.sentence == "none is seen; leave out the steps scars and lines, each of which takes the grating out"
+    assert found.sentence == "nothing is seen; leave out the steps scars and lines, each of which removes the grating"
     (told,) = level(ridges, parse_steps("scars")).told
     assert told.startswith("warning: scars:1: ") and "weakens the main peak of the grating" in told
 
@@ -63,7 +63,7 @@ def test_shifted_rows_are_aligned_and_no_scars():
         height[5::15] += shift_nm * 1e-9
         assert advised(finding(scan(height)).sentence) == advice
         aligned = level(scan(height), parse_steps("plane,lines")).height_map
-        assert finding(aligned).sentence == "none is seen"
+        assert finding(aligned).sentence == "nothing is seen"
     height = lines()
     height[5::15, 40:100] += 5e-9
     assert advised(finding(scan(height)).sentence) == "plane,scars"
@@ -74,7 +74,7 @@ def test_small_pits_are_no_dirt():
     y, x = np.indices((256, 256))
     found = finding(scan(-100e-9 * ((x % 16 < 3) & (y % 16 < 3))))
     assert found.light == "good" and advised(found.sentence) == ""
-    assert found.sentence == "none is seen; leave out the step dust, which takes the grating out"
+    assert found.sentence == "nothing is seen; leave out the step dust, which removes the grating"
 
 
 def test_the_advice_against_dust_keeps_all_waves():

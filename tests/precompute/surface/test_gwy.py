@@ -51,7 +51,7 @@ def test_gwy_without_metres_is_refused(fails, shared_data):
     assert "no channel holds heights ('A' is in 'V', not in metres, 'B' is in" in fails(
         "two.gwy", gwy_bytes({"/0/data/title": "A", "/0/data": volts, "/1/data/title": "B", "/1/data": volts})
     )
-    with pytest.raises(GratingError, match="channel 'Test' carries no unit of height; "):
+    with pytest.raises(GratingError, match="channel 'Test' has no unit of height; "):
         read_height_map(str(shared_data / "formats" / "gwyfile_test.gwy"))
 
 

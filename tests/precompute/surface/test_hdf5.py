@@ -49,7 +49,7 @@ def test_channels_of_nanosurf_studio(tmp_path, version):
     assert read_height_map(path).channels == listed
     back = read_height_map(path, channel="Topography backward")
     np.testing.assert_allclose(back.height_m, -HEIGHTS, atol=2 * HALF_STEP)
-    with pytest.raises(GratingError, match="'Wave forward' holds curves and no image"):
+    with pytest.raises(GratingError, match="'Wave forward' holds curves, not an image"):
         read_height_map(path, channel="Wave")
     with pytest.raises(GratingError, match="'Z-Controller In forward' is in 'V', not in metres"):
         read_height_map(path, channel="Z-Con")
@@ -70,7 +70,7 @@ def test_a_nanosurf_scan_that_was_broken_off_is_refused(fails):
 
 def test_other_hdf5_is_told(fails):
     out = hdf5.Writer()
-    assert "neither of Nanosurf nor of JPK" in fails("other.nhf", out.whole(out.group({}, {"title": "data"})))
+    assert "neither a Nanosurf nor a JPK file" in fails("other.nhf", out.whole(out.group({}, {"title": "data"})))
     out = hdf5.Writer()
     new = out.whole(out.group({}, {"nsf_file_version_major": 3}))
     assert "a .nhf of version 3" in fails("new.nhf", new)

@@ -172,7 +172,7 @@ def test_a_jpk_channel_without_its_scaling_is_left_out_alone(tmp_path):
 def test_what_is_no_topography_is_never_taken_for_it(fails, tmp_path):
     """The file holds only an amplitude, in metres."""
     whole = instruments.ibw(HEIGHTS, PIXEL_M, labels=("AmplitudeTrace", "DeflectionTrace", "PhaseTrace"))
-    assert "no channel is plainly the topography" in fails("amplitude.ibw", whole)
+    assert "it is unclear which channel is the topography" in fails("amplitude.ibw", whole)
     chosen = read_height_map(write(tmp_path, "named.ibw", whole), channel="Amplitude")
     np.testing.assert_allclose(chosen.height_m, HEIGHTS, rtol=1e-6, atol=1e-14)
 
@@ -195,7 +195,7 @@ def without_units(whole, *, order="<"):
 
 def test_a_wave_without_labels_or_units(fails):
     whole = instruments.ibw(HEIGHTS, PIXEL_M, labels=())
-    assert "no channel is plainly the topography" in fails("bare.ibw", without_units(whole))
+    assert "it is unclear which channel is the topography" in fails("bare.ibw", without_units(whole))
 
 
 def test_an_asylum_wave_without_units_is_in_metres(tmp_path, fails):
@@ -209,7 +209,7 @@ def test_an_asylum_wave_without_units_is_in_metres(tmp_path, fails):
     bare = bytearray(whole[:at] + whole[at + note :])
     bare[12:16] = bytes(4)
     bare[2:4] = struct.pack("<H", (struct.unpack_from("<H", bare, 2)[0] + note) & 0xFFFF)
-    assert "no channel holds heights ('Height trace' carries no unit" in fails("igor.ibw", bytes(bare))
+    assert "no channel holds heights ('Height trace' has no unit" in fails("igor.ibw", bytes(bare))
 
 
 @pytest.mark.parametrize("inversion, turned", [(1, -HEIGHTS), (2, -HEIGHTS[:, ::-1]), (3, -HEIGHTS[::-1])])

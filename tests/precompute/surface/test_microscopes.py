@@ -31,7 +31,7 @@ def test_nt_mdt_lists_scans_and_curves(tmp_path, fails):
     assert read_height_map(write(tmp_path, "scan.mdt", whole)).channels == listed
     with pytest.raises(GratingError, match="'FB Out forward' is in 'deg', not in metres"):
         read_height_map(str(tmp_path / "scan.mdt"), channel="FB")
-    with pytest.raises(GratingError, match="'curves' holds curves and no image"):
+    with pytest.raises(GratingError, match="'curves' holds curves, not an image"):
         read_height_map(str(tmp_path / "scan.mdt"), channel="curves")
     only_curves = microscopes.ntmdt_file([microscopes.ntmdt_frame(201, bytes(80), bytes(20))])
     assert "holds curves" in fails("curves.mdt", only_curves)
@@ -179,7 +179,7 @@ def test_a_width_replaces_the_file_s_own_with_a_warning(tmp_path, fails):
     assert height_map.size_m == pytest.approx((9.99999e-6 / COLS * ROWS / 2, 9.99999e-6))
     told = "the width is 10 um as given, instead of the 2000 nm in the file"
     assert ("size", "usable", told) in [(f.topic, f.light, f.sentence) for f in describe(height_map).quality.findings]
-    facts = bake_to_folder([height_map], BakeRequest(), tmp_path / "out", progress=lambda *_: None)
+    facts = bake_to_folder([height_map], BakeRequest(), tmp_path / "out")
     assert facts["levelling"][0] == f"warning: {told}"
     assert "a Gwyddion Simple Field file does not need it; leave out --height-nm" in fails("a.gsf", whole, height_nm=1)
 

@@ -155,7 +155,7 @@ def test_pixels_that_are_not_square(tmp_path):
     assert height_map.pixel_size_m == pytest.approx((PIXEL_M / 2, PIXEL_M))
     for name in ("dpi.png", "dpi.tif", "dpi.bmp"):
         assert read_picture(picture(tmp_path / name, GREY8, dpi=(300, 299))).cols == GREY8.shape[1]
-        with pytest.raises(GratingError, match="not to be square, 300 to 150 per length; resample"):
+        with pytest.raises(GratingError, match="not square, 300 to 150 per length; resample"):
             read_picture(picture(tmp_path / name, GREY8, dpi=(300, 150)))
 
 
@@ -168,7 +168,7 @@ def test_pictures_that_are_stored_turned(tmp_path):
         if name == "flipped.tif":
             np.testing.assert_allclose(read_picture(path).height_m, GREY8[::-1] / 255 * 200e-9, atol=1e-20)
             continue
-        with pytest.raises(GratingError, match=f"stored turned .orientation {orientation}.; turn it and save"):
+        with pytest.raises(GratingError, match=f"stored rotated .orientation {orientation}.; rotate it and save"):
             read_picture(path)
 
 

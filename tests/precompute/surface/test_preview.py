@@ -40,7 +40,7 @@ def test_the_figures_are_those_before_and_after():
 def test_what_steps_tell_and_take_out_is_shown():
     found = preview(scan(dust=True), parse_steps("plane,dust"))
     (told,) = found.told
-    assert "dust:5: 0.21% of the pixels are made holes" in told
+    assert "dust:5: 0.21% of the pixels become holes" in told
     red = found.after.picture[..., 0] > found.after.picture[..., 1] + 0.5
     assert red[102:108, 62:68].all() and not red[:90].any()
     assert not (found.before.picture[..., 0] > found.before.picture[..., 1]).any()

@@ -136,7 +136,7 @@ def test_holes_are_told():
     height[:20] = np.nan
     found = findings(height)[1]["dirt"]
     assert found.light == "poor" and found.sentence == "7.81% of it is missing"
-    assert findings(grating())[1]["dirt"].sentence == "none is seen"
+    assert findings(grating())[1]["dirt"].sentence == "nothing is seen"
 
 
 @pytest.mark.parametrize(("step_nm", "light"), [(1, "good"), (5, "usable"), (20, "poor")])

@@ -70,8 +70,8 @@ def test_the_corrupted_file_is_refused_in_one_line(shared_data):
 @pytest.mark.parametrize(
     "name, fault",
     [
-        ("st_10x10-one_channel_without_name.ibw", "'unnamed' carries no unit of height; "),
-        ("gwyfile_test.gwy", "'Test' carries no unit of height; "),
+        ("st_10x10-one_channel_without_name.ibw", "'unnamed' has no unit of height; "),
+        ("gwyfile_test.gwy", "'Test' has no unit of height; "),
         ("st_sur-3.sur", "relief of 0.00699 m"),  # 15 cm wide
         ("x3ptools_pyramid.x3p", "5 x 5 points"),
         ("st_gwyddion-export-german.txt", "4 x 3 points"),

@@ -94,7 +94,7 @@ def test_claims_that_are_too_good_fail(run, baked, scan, tmp_path):
 ])  # fmt: skip
 def test_claims_that_cannot_be(refused, baked, scan, tmp_path, lamps):
     path = spoilt(baked, tmp_path / "odd.exr", as_it_is, lamps)
-    assert "its header's lamps_claim cannot be" in refused("check", path, scan, *PICTURE, *QUICK)
+    assert "its header's lamps_claim is invalid" in refused("check", path, scan, *PICTURE, *QUICK)
 
 
 def test_the_allowance_is_in_closed_form():

@@ -35,7 +35,7 @@ def test_scars_are_found_to_the_pixel(levelled, wide, sign):
     expected = np.zeros((128, 128), bool)
     expected[100 : 100 + wide, 90:115] = True
     np.testing.assert_array_equal(np.isnan(found), expected)
-    assert told == f"scars:1: {expected.mean():.2%} of the pixels are made holes, which are filled"
+    assert told == f"scars:1: {expected.mean():.2%} of the pixels become holes, which are filled"
 
 
 @pytest.mark.parametrize("rows", [1, 2, 3])

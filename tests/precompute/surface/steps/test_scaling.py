@@ -23,7 +23,7 @@ def test_calibration_gives_the_grating_its_known_period(levelled):
     assert describe(height_map).periods_m[0] == pytest.approx(840e-9, rel=1e-9)
     assert height_map.pixel_size_m[0] / height_map.pixel_size_m[1] == pytest.approx(0.8, rel=1e-12)
     assert height_map.pixel_size_m[0] == pytest.approx(42e-9, rel=0.005)
-    assert told[0].endswith("has 840 nm now, by pixels 1.05 times as large")
+    assert told[0].endswith("is now 840 nm: pixels are 1.05 times as large")
 
 
 @pytest.mark.parametrize("period", [300, 420, 1590, 2000])
