@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How far single orders, and the light of all orders, are from Maxwell's equations, by five factors of the spectrum.
 
-    ./dev bench rcwa_orders [--quick] [--picture FILE] [--baked-picture FILE] [--output DIR] [--json FILE|-]
+    ./dev bench rcwa_orders [--quick] [--picture FILE] [--output DIR] [--json FILE|-]
 
 rcwa_orders_rows.py has the gratings, rcwa_orders_factors.py the factors, rcwa_orders_tables.py the tables. The tables
 of single orders leave out orders of less than LEAST of the light: RCWA's own error is about that large. `--picture`
-draws how far the first orders of keratin are off, by depth and period, `--baked-picture` those of metals and films by
-angle; docs/images/ has the pictures.
+draws how far the first orders of keratin are off, by depth and period; docs/images/ has the picture.
 """
 
 import importlib.util
@@ -18,7 +17,7 @@ from precompute.cli.parser import OneLineParser
 
 from . import rcwa_orders_tables as tables
 from . import report
-from .rcwa_orders_picture import draw, draw_baked
+from .rcwa_orders_picture import draw
 from .rcwa_orders_rows import Row, Total, cases, holds_reflectance, measure, steep
 
 
@@ -28,7 +27,6 @@ def main(argv: list[str] | None = None) -> None:
     parser.add_argument("--output", type=Path, default=Path("dist", "benchmarks"), metavar="DIR")
     parser.add_argument("--quick", action="store_true", help="few periods, depths and angles")
     parser.add_argument("--picture", type=Path, metavar="FILE", help="draw first orders by depth and period")
-    parser.add_argument("--baked-picture", type=Path, metavar="FILE", help="draw first orders of metals and films")
     report.add_json(parser)
     arguments = parser.parse_args(argv)
     if importlib.util.find_spec("inkstone") is None:
@@ -38,7 +36,7 @@ def main(argv: list[str] | None = None) -> None:
     measured = [measure(case) for case in chosen]
     rows = tables.kept(row for orders, _ in measured for row in orders)
     totals = [total for _, total in measured]
-    parts = [tables.orders(rows), tables.rim_by_depth(rows), tables.sums(totals), tables.mixes(rows)]
+    parts = [tables.orders(rows), tables.rim_by_depth(rows), tables.sums(totals)]
     within = [case for case in chosen if not (case.azimuth_deg or holds_reflectance(case))]
     parts += [tables.largest_sums("the same gratings in the plane", within), tables.largest_sums("steep ones", steep())]
     parts += [tables.convergence(quick=arguments.quick)]
@@ -47,8 +45,6 @@ def main(argv: list[str] | None = None) -> None:
     (arguments.output / "rcwa_orders.txt").write_text(text + "\n")
     if arguments.picture:
         draw(arguments.picture, rows)
-    if arguments.baked_picture:
-        draw_baked(arguments.baked_picture, rows)
     facts = {"rows": [_record(row) for row in rows], "totals": [_record(total) for total in totals]}
     report.write(facts, arguments.json)
 

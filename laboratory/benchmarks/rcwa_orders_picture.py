@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draws how far first orders are from Maxwell's equations: of keratin by depth and period, of metals and films by
-angle."""
+"""Draws how far first orders of keratin are from Maxwell's equations, by depth and period."""
 
 import io
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from PIL import Image
@@ -13,13 +11,10 @@ from PIL import Image
 from precompute.base.files import write_whole
 
 from ..study import plots
-from .rcwa_orders_factors import RATIO
-from .rcwa_orders_rows import FILMS, METALS, SHALLOW, Row, holds_reflectance, is_of, off_by
+from .rcwa_orders_rows import Row, holds_reflectance, off_by
 
 _FORMS = {"Stam": "Stam's form", "small slope": "small slope form (the materials)"}
 _ANGLES = {"light and view within 60 degrees of the normal": (0, 60), "light or view at 60 to 90 degrees": (60, 90)}
-_LINES = {RATIO: "median, the materials", "small slope": "median, small slope"}
-_BIN_DEG = 15
 # The colour scale ends here; a larger factor has the last colour.
 _WORST = 2.0
 
@@ -49,52 +44,10 @@ def draw(path: Path, rows: Sequence[Row]) -> None:
     figure.supylabel("depth from trough to crest, in wavelengths", fontsize=10)
     bar = figure.colorbar(shown, ax=panels, extend="max", shrink=0.7)
     bar.set_label("first orders are too bright or too dark by this factor (median)", fontsize=9)
-    _write(path, figure)
-
-
-def draw_baked(path: Path, rows: Sequence[Row]) -> None:
-    """Write a picture with a panel for each metal and film: each first order's light over RCWA's, by its larger angle.
-
-    The depth is at most 0.2. Lines are medians over 15 degrees. Raises GratingError if matplotlib is not installed."""
-    pyplot = plots.pyplot()
-    figure, panels = pyplot.subplots(2, 3, figsize=(10, 6.2), sharex=True, sharey=True, layout="constrained")
-    for name, panel in zip((*METALS, *FILMS), panels.flat, strict=True):
-        first = [row for row in rows if abs(row.order) == 1 and is_of(row.case, name)]
-        for depth, colour in zip(SHALLOW, ("#f2b134", "#d95f0e", "#7f2704"), strict=True):
-            some = [row for row in first if row.case.depth == depth]
-            ratio = [row.scalar[RATIO] / row.rigorous for row in some]
-            panel.plot([row.larger_angle_deg for row in some], ratio, ".", ms=3, color=colour, label=f"depth {depth:g}")
-        for form, style in ((RATIO, "k-"), ("small slope", "b--")):
-            panel.plot(*_median_ratio(first, form), style, lw=1.5, label=_LINES[form])
-        panel.axhspan(1 / 1.1, 1.1, color="0.85", zorder=0)
-        panel.set_yscale("log")
-        panel.set_ylim(1 / 6, 6)
-        panel.set_yticks([0.2, 0.5, 1, 2, 5], ["0.2", "0.5", "1", "2", "5"])
-        panel.tick_params(which="minor", labelleft=False)
-        panel.set_title(f"{name}: {FILMS[name]}" if name in FILMS else name, fontsize=8)
-    panels[0, 0].legend(fontsize=7, loc="upper left")
-    figure.supxlabel("the larger of the two angles from the normal, in degrees", fontsize=10)
-    figure.supylabel("light of a first order over Maxwell's equations'", fontsize=10)
-    _write(path, figure)
-
-
-def _median_ratio(rows: Sequence[Row], form: str) -> tuple[list[float], list[float]]:
-    """The middle of each bin of angles that has orders, and the median of the form's light over RCWA's there."""
-    middles, medians = [], []
-    for low in range(0, 90, _BIN_DEG):
-        ratio = [row.scalar[form] / row.rigorous for row in rows if low <= row.larger_angle_deg < low + _BIN_DEG]
-        if ratio:
-            middles.append(low + _BIN_DEG / 2)
-            medians.append(float(np.median(ratio)))
-    return middles, medians
-
-
-def _write(path: Path, figure: Any) -> None:
-    """Write a figure as a small PNG file and close it."""
     path.parent.mkdir(parents=True, exist_ok=True)
     drawn = io.BytesIO()
     figure.savefig(drawn, dpi=100)
-    plots.pyplot().close(figure)
+    pyplot.close(figure)
     # A palette halves the file.
     small = Image.open(drawn).convert("RGB").quantize(96, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
     write_whole(path, lambda partial: small.save(partial, "PNG", optimize=True))

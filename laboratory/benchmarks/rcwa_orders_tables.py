@@ -19,12 +19,9 @@ from .rcwa_orders_rows import (
     SUM_ANGLES_DEG,
     Row,
     Total,
-    away_from_1,
-    directions,
     extra_orders,
     films_of,
     flat_reflectance,
-    has_scalar,
     holds_reflectance,
     is_of,
     off_by,
@@ -38,14 +35,6 @@ INDICES: dict[str, complex] = {"n = 1.56": 1.56, "n = 2.5": 2.5, "n = 3": 3.0, "
 LEAST = 1e-4
 NEAR = 0.05
 _FORMS = ("Stam", "small slope")
-# Mixes of both forms, Stam^t small_slope^(1 - t), by the exponent t as a function of w.
-_MIXES: dict[str, Callable[[np.ndarray], np.ndarray]] = {
-    "small slope": lambda w: 0 * w,
-    "t = 1/4": lambda w: 0 * w + 0.25,
-    "t = 1/2": lambda w: 0 * w + 0.5,
-    "t = (w/2)^4": lambda w: (w / 2) ** 4,
-    "t = (w/2)^2": lambda w: (w / 2) ** 2,
-}
 
 
 def kept(rows: Iterable[Row]) -> list[Row]:
@@ -119,36 +108,6 @@ def rim_by_depth(rows: Sequence[Row]) -> str:
             cells = "".join(f"{_spread(within, name):>22}" for name in _FORMS)
             lines.append(f"{depth:<7g}{kind:<14}{cells}{len(within):>6}")
     return "\n".join(lines)
-
-
-def mixes(rows: Sequence[Row]) -> str:
-    """What mixes of Stam's form and the small slope form give for keratin to depth 0.2, where scalar theory has orders.
-
-    A material sees w, and no number of an order, so an exponent may depend on w alone."""
-    shallow = [row for row in rows if _is_keratin(row.case) and row.case.depth in SHALLOW and has_scalar(row)]
-    groups = {
-        "first orders": [row for row in shallow if abs(row.order) == 1],
-        "other orders but the mirror image": [row for row in shallow if abs(row.order) > 1],
-        "the same, sinusoidal": [row for row in shallow if abs(row.order) > 1 and row.case.kind == "sinusoidal"],
-    }
-    lines = ["mixes Stam^t small_slope^(1 - t)", f"{'degrees':<9}" + "".join(f"{name:>22}" for name in _MIXES)]
-    for title, group in groups.items():
-        lines += ["", f"{title}, depth to 0.2"]
-        for low, high in RANGES_DEG:
-            if not (within := [row for row in group if low <= row.larger_angle_deg < high]):
-                continue
-            stam, small_slope = (np.array([row.scalar[form] / row.rigorous for row in within]) for form in _FORMS)
-            w = np.array([_w(row) for row in within])
-            off = [away_from_1(stam ** mix(w) * small_slope ** (1 - mix(w))) for mix in _MIXES.values()]
-            cells = "".join(f"{_told(one):>22}" for one in off)
-            lines.append(f"{low:>2} - {high:<4}{cells}{len(within):>6}")
-    return "\n".join(lines)
-
-
-def _w(row: Row) -> float:
-    ways = directions(row.case, row.order)
-    assert ways is not None  # rows hold only orders that leave the surface
-    return float(ways[0][2] + ways[1][2])
 
 
 def sums(totals: Sequence[Total]) -> str:
