@@ -4,7 +4,6 @@
 import io
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from PIL import Image
@@ -45,15 +44,10 @@ def draw(path: Path, rows: Sequence[Row]) -> None:
     figure.supylabel("depth from trough to crest, in wavelengths", fontsize=10)
     bar = figure.colorbar(shown, ax=panels, extend="max", shrink=0.7)
     bar.set_label("first orders are too bright or too dark by this factor (median)", fontsize=9)
-    _write(path, figure)
-
-
-def _write(path: Path, figure: Any) -> None:
-    """Write a figure as a small PNG file and close it."""
     path.parent.mkdir(parents=True, exist_ok=True)
     drawn = io.BytesIO()
     figure.savefig(drawn, dpi=100)
-    plots.pyplot().close(figure)
+    pyplot.close(figure)
     # A palette halves the file.
     small = Image.open(drawn).convert("RGB").quantize(96, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
     write_whole(path, lambda partial: small.save(partial, "PNG", optimize=True))

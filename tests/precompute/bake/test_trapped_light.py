@@ -87,14 +87,15 @@ def mirror() -> PlateGains:
     return gains_of(groove(), "mirror")
 
 
-@pytest.mark.parametrize("azimuth_deg", [0.0, 45.0])
+@pytest.mark.parametrize("azimuth_deg", [0.0, 45.0, 90.0])
 @pytest.mark.parametrize("theta_deg", [0.0, 20.0, 30.0, 45.0, 60.0])
 def test_a_dvd_sends_out_what_the_matrix_says(dvd, theta_deg, azimuth_deg):
     """All light and the orders alone are within 5 %. The matrix alone has 1.08 to 1.35 times the orders of a single
-    pass, and up to 8 times its mirror image."""
+    pass, and up to 8 times its mirror image. Along the grooves, from 45 degrees on, few orders leave or none."""
     found, true = found_and_true(dvd, "aluminium", direction(theta_deg, azimuth_deg))
     assert found.sum() == pytest.approx(true.sum(), rel=0.05)
-    assert found[1] == pytest.approx(true[1], rel=0.05)
+    few = azimuth_deg == 90 and theta_deg >= 45
+    assert found[1] == pytest.approx(true[1], abs=0.05 * (true.sum() if few else true[1]))
 
 
 def test_a_flat_mirror_is_exact():
