@@ -79,6 +79,11 @@ class Layout:
         return " ".join(lines)
 
 
+def listed_properties(thing):
+    """The names that Blender lists in a data-block's panel Custom Properties."""
+    return [name for name in set(thing.keys()) if name not in thing.bl_rna.properties]
+
+
 def context_of(width=300):
     """What panels read from Blender's context, with a region of a given width."""
     import bpy
