@@ -94,7 +94,7 @@ def set_up() -> Steps:
     yield from show_sidebar()
     bpy.context.preferences.view.smooth_view = 0
     folds = bpy.context.window_manager.natural_gratings_folds
-    folds.look_done = folds.look_later = folds.light_done = True  # so that their buttons are on the screen
+    folds.look = folds.light = True  # so that their buttons are on the screen
     with bpy.context.temp_override(window=first_window(), area=area, region=view()[1]):
         bpy.ops.view3d.view_center_camera()
     yield SECOND
@@ -137,7 +137,7 @@ def import_dialog() -> Steps:
 
 def bake(delta_e: float, name: str, text: str) -> Steps:
     """Set the colour error, press Bake, watch the progress bar, and wait for the end."""
-    operator = part("operators.bake_grating").BakeGrating
+    operator = part("operators.bake").BakeGrating
     grating().delta_e = delta_e
     bpy.ops.ed.undo_push(message="colour error")
     yield from press_button("bpy.ops.grating.bake")
@@ -324,7 +324,7 @@ def without_a_scan() -> Steps:
 
 def another_file() -> Steps:
     """Opening another file ends a running bake."""
-    operator = part("operators.bake_grating").BakeGrating
+    operator = part("operators.bake").BakeGrating
     grating().delta_e = 0.4
     yield from press_button("bpy.ops.grating.bake")
     job = operator.job

@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The panel as a path: what to do next, and which step is open."""
 
+import importlib
+import re
 from types import SimpleNamespace
 
 import bpy
 import pytest
 
+from devtools import ROOT
 from tests.addon.layout import Layout, context_of
 
 
@@ -165,3 +168,13 @@ def test_the_surface_offers_the_pictures_that_it_can_show(scene, grating, scan, 
     scene.natural_gratings.items.clear()
     bpy.ops.grating.import_height_map(filepath=str(scan), size_um=4, height_nm=100)
     assert panel(folded=False).operators.count("grating.show_picture") == 2
+
+
+@pytest.mark.parametrize("walk", ["walk_in_blender", "first_hour_in_blender"])
+def test_a_walk_names_modules_buttons_and_folds_that_exist(addon, walk):
+    """The walks need a Blender with a window, so the nightly suite runs them."""
+    text = (ROOT / "devtools" / f"{walk}.py").read_text()
+    for module, name in re.findall(r'part\("([\w.]+)"\)\.(\w+)', text):
+        assert hasattr(importlib.import_module(f"{addon.package.__name__}.{module}"), name)
+    assert set(re.findall(r"bpy\.ops\.grating\.(\w+)", text)) <= set(dir(bpy.ops.grating))
+    assert set(re.findall(r"folds\.(\w+)", text)) <= set(addon.folds.Folds.__annotations__)
