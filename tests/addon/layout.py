@@ -54,10 +54,10 @@ class Layout:
     def row(self, align=False):
         return self
 
-    def column(self, align=False):
+    def split(self, factor=0.5):
         return self
 
-    def grid_flow(self, **_):
+    def column(self, align=False):
         return self
 
     def box(self):

@@ -141,6 +141,19 @@ def test_long_names_are_wrapped(scene, grating, panel):
     assert labels and all(len(label) <= 22 for label in labels)
 
 
+def test_a_narrow_sidebar_cuts_no_button(addon):
+    """At the width of a new sidebar in Blender 5.2 buttons stand side by side, at that of Blender 4.5 in a column."""
+    layout = SimpleNamespace(row=lambda align: "row", column=lambda align: "column")
+    texts = ("Assign", "Add", "Remove")
+    assert [addon.notes.side_by_side(layout, context_of(width), *texts) for width in (284, 200)] == ["row", "column"]
+
+
+def test_the_plus_imports_a_scan_too(addon, scene):
+    layout = Layout()
+    addon.panel.SampleMenu.draw(SimpleNamespace(layout=layout), context_of())
+    assert layout.operators.index("grating.import_height_map") < layout.operators.index("grating.add_grating")
+
+
 def test_a_surface_tells_its_period_in_lines(scene, scan, panel):
     bpy.ops.grating.import_height_map(filepath=str(scan), size_um=4, height_nm=100)
     assert "Surface: 500 nm, 2000 lines/mm" in panel().labels
