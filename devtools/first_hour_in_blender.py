@@ -155,12 +155,13 @@ def own_scan() -> Steps:
     picture("scan_on_cube", "the scan on the default cube")
     assert _acts - 2 <= 8, f"{_acts - 2} acts"
     folds = bpy.context.window_manager.natural_gratings_folds
-    for step in ("surface_done", "look_done", "light_done", "quality_later"):
-        setattr(folds, step, True)
+    steps = ("surface", "look", "light", "quality")
+    for step in steps:
+        for each in steps:
+            setattr(folds, each, each == step)
         view()[0].tag_redraw()
         yield SECOND
-        picture(f"step_{step.partition('_')[0]}", f"the step {step.partition('_')[0]}, opened")
-        setattr(folds, step, False)
+        picture(f"step_{step}", f"the step {step}, opened")
 
 
 def story() -> Steps:

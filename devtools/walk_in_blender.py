@@ -94,7 +94,7 @@ def set_up() -> Steps:
     yield from show_sidebar()
     bpy.context.preferences.view.smooth_view = 0
     folds = bpy.context.window_manager.natural_gratings_folds
-    folds.look_done = folds.look_later = folds.light_done = True  # so that their buttons are on the screen
+    folds.look = folds.light = True  # so that their buttons are on the screen
     with bpy.context.temp_override(window=first_window(), area=area, region=view()[1]):
         bpy.ops.view3d.view_center_camera()
     yield SECOND

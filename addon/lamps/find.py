@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import bpy
 import numpy as np
 
-from ..blender import compat, stored
+from ..blender import compat
 from .rendered_lamps import rendered
 
 if TYPE_CHECKING:
@@ -32,9 +32,16 @@ _NAMED_MAX = 8
 _LEAD = 1.5
 # Custom property of lamp data, saved in files: marks a Diffraction Lamp (materials/diffraction_lamp.py).
 DIFFRACTION_LAMP = "ng_fan"
-# Custom property of a lamp object, saved in files: whether the artist keeps the lamp among those that light diffraction
-# or leaves it out. Without it the extension chooses. It belongs to the object, because lamps may share their data.
-COUNTS = "ng_counts"
+# The property of an object, saved in files: whether the artist keeps a lamp among those that light diffraction, leaves
+# it out, or lets the extension choose. It belongs to the object, because lamps may share their data.
+COUNTS = "natural_gratings_counts"
+AUTO, KEPT, LEFT_OUT = "AUTO", "KEPT", "LEFT_OUT"
+
+
+def counts_field() -> object:
+    """The property of an object. Blender does not list it among the object's custom properties."""
+    choices = [(name, name, "") for name in (AUTO, KEPT, LEFT_OUT)]
+    return bpy.props.EnumProperty(items=choices)  # type: ignore[func-returns-value]  # the stubs say it returns None
 
 
 def lamps_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
@@ -49,12 +56,12 @@ def is_fan(lamp: bpy.types.Object) -> bool:
 
 def is_kept(lamp: bpy.types.Object) -> bool:
     """Whether the artist keeps a lamp among those that light diffraction."""
-    return stored.flag(lamp, COUNTS)
+    return getattr(lamp, COUNTS, AUTO) == KEPT
 
 
 def is_left_out(lamp: bpy.types.Object) -> bool:
     """Whether the artist leaves a lamp out."""
-    return not stored.flag(lamp, COUNTS, True)
+    return getattr(lamp, COUNTS, AUTO) == LEFT_OUT
 
 
 def lamps_left_out(scene: bpy.types.Scene) -> list[bpy.types.Object]:

@@ -9,16 +9,19 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
-from ..blender import stored
-
 # The kinds of rigs.
 SUN, STUDIO, WINDOW, POINTS = "SUN", "STUDIO", "WINDOW", "POINTS"
 ORDERS, FLASH, GRID = "ORDERS", "FLASH", "GRID"
 # The cone of a spot: its full angle in radians, and the share of it that fades.
 _CONE, _FADING = math.radians(40), 0.4
 COLLECTION = "Light Rig"
-# Custom property of the collection and of its lamps, saved in files: marks what the next rig replaces.
-_RIG = "ng_light_rig"
+# The property of the collection and of its lamps, saved in files: marks what the next rig replaces.
+RIG = "natural_gratings_rig"
+
+
+def rig_field() -> object:
+    """The property of an object or a collection. Blender does not list it among the custom properties."""
+    return bpy.props.BoolProperty()  # type: ignore[func-returns-value]  # the stubs say it returns None
 
 
 @dataclass(frozen=True)
@@ -67,7 +70,7 @@ def variance_of(kind: str, sizes: tuple[float, float]) -> float:
 
 def is_of_rig(thing: bpy.types.Object) -> bool:
     """Whether an object is a lamp of a light rig."""
-    return stored.flag(thing, _RIG)
+    return bool(getattr(thing, RIG, False))
 
 
 def is_card(lamp: bpy.types.Object) -> bool:
@@ -89,10 +92,10 @@ def replace_rig(scene: bpy.types.Scene, lamps: Sequence[RigLamp], middle: np.nda
 def _collection_of(scene: bpy.types.Scene) -> bpy.types.Collection:
     """The scene's collection of rig lamps, made if missing."""
     for each in scene.collection.children_recursive:
-        if each.library is None and stored.flag(each, _RIG):
+        if each.library is None and getattr(each, RIG):
             return each
     made = bpy.data.collections.new(COLLECTION)
-    made[_RIG] = True
+    setattr(made, RIG, True)
     scene.collection.children.link(made)
     return made
 
@@ -110,7 +113,7 @@ def _add(collection: bpy.types.Collection, lamp: RigLamp, middle: np.ndarray) ->
     else:
         data.shape, data.size, data.size_y = "RECTANGLE", width, height
     made = bpy.data.objects.new(lamp.name, data)
-    made[_RIG] = True
+    setattr(made, RIG, True)
     to = Vector(lamp.to.tolist())
     made.location = Vector(middle.tolist()) + lamp.distance * to
     made.rotation_euler = to.to_track_quat("Z", "Y").to_euler()

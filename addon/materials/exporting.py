@@ -6,8 +6,12 @@ from typing import Any
 
 import bpy
 
+from ..blender import stored
 from ..blender.guard import guarded
 from .material import diffraction_nodes
+
+# The custom property of a Diffraction node that an export has muted.
+_MUTED = "ng_muted"
 
 
 def left_behind(materials: list[str]) -> str:
@@ -22,30 +26,31 @@ class GltfExport:
     nodes are muted while it reads the scene."""
 
     def __init__(self) -> None:
-        self._muted: list[bpy.types.Node] = []
         self._names: dict[str, None] = {}
 
     def pre_export_hook(self, export_settings: dict[str, Any]) -> None:
-        self._muted = [node for each in bpy.data.materials for node in diffraction_nodes(each) if not node.mute]
-        for node in self._muted:
-            node.mute = True
-        # If the export fails, no later hook is called.
-        bpy.app.timers.register(self._unmute)
+        for node in (node for each in bpy.data.materials for node in diffraction_nodes(each) if not node.mute):
+            node.mute = node[_MUTED] = True
+        # If the export fails, no later hook is called. In background no timer is, but handlers.py shows them again.
+        bpy.app.timers.register(show_again)
 
     def gather_material_hook(self, written: Any, material: bpy.types.Material, export_settings: dict[str, Any]) -> None:
-        if any(node in self._muted for node in diffraction_nodes(material)):
+        if any(stored.flag(node, _MUTED) for node in diffraction_nodes(material)):
             self._names[material.name] = None
 
     def gather_gltf_hook(self, *read: Any) -> None:
         """The exporter has read the scene, and has not begun to write. The last argument is its settings."""
-        self._unmute()
+        show_again()
         if self._names:
             read[-1]["log"].warning(left_behind(list(self._names)), popup=True)
 
-    @guarded
-    def _unmute(self) -> None:
-        while self._muted:
-            self._muted.pop().mute = False
+
+@guarded
+def show_again() -> None:
+    """Unmute the Diffraction nodes that an export has muted."""
+    for node in (node for each in bpy.data.materials for node in diffraction_nodes(each)):
+        if node.pop(_MUTED, False):
+            node.mute = False
 
 
 # Blender can be built without USD.

@@ -30,7 +30,7 @@ def draw_light(layout, context, grating, *, facts: Facts) -> None:
     lights = grating.lit_by
     layout.operator(AddDiffractionLamp.bl_idname, icon="LIGHT_AREA")
     chosen = next(label for name, label, _ in LIGHTS if name == lights)
-    row = layout.row()
+    row = layout.split(factor=0.3)
     row.label(text="Lit by")
     row.operator_menu_enum(ChooseLights.bl_idname, "lights", text=translated(chosen))
     if facts.grating.no_set:

@@ -23,6 +23,8 @@ _DIALS = (
 )
 
 _PAINTED = {name for name, _, _ in INPUTS}
+# The share of a row that a label takes beside a button, so that a narrow sidebar does not cut the text of the button.
+_LABEL = 0.4
 
 
 def draw_look(layout, context, grating, *, facts: GratingFacts) -> None:
@@ -34,20 +36,20 @@ def draw_look(layout, context, grating, *, facts: GratingFacts) -> None:
     _draw_choices(layout, grating, facts)
     _draw_comb(layout)
     column = layout.column(align=True)
-    row = column.row(align=True)
+    row = side_by_side(column, context, "Assign", "Add", "Remove")
     row.operator(AssignToSelected.bl_idname, icon="BRUSH_DATA", text="Assign")
     row.operator(AddDiffraction.bl_idname, icon="ADD", text="Add")
     row.operator(RemoveDiffraction.bl_idname, icon="REMOVE", text="Remove")
-    column.operator(NewDiffractionMaterial.bl_idname, icon="MATERIAL")
-    draw_stickers(column)
+    column.operator(NewDiffractionMaterial.bl_idname, text="New Material", icon="MATERIAL")
+    draw_stickers(column, context)
     if facts.objects:
         draw_note(layout, context, facts.objects, icon="OBJECT_DATA")
 
 
-def draw_stickers(layout):
+def draw_stickers(layout, context):
     """Draw the button for a sticker with the pattern of its surface, and the one that asks for a picture. Returns their
     properties."""
-    row = side_by_side(layout)
+    row = side_by_side(layout, context, "Sticker", "Picture Sticker...")
     plain = row.operator(AddSticker.bl_idname, text="Sticker", icon="MESH_PLANE")
     from_picture = row.operator(AddSticker.bl_idname, text="Picture Sticker...", icon="IMAGE_DATA")
     from_picture.from_picture = True
@@ -56,10 +58,9 @@ def draw_stickers(layout):
 
 def _draw_matter(layout, grating) -> None:
     column = layout.column(align=True)
-    row = column.row(align=True)
-    row.prop(grating, "matter", text="")
+    column.prop(grating, "matter", text="")
     if grating.matter != "DIELECTRIC":
-        row.prop(grating, "plate_ior", text="Plate")
+        column.prop(grating, "plate_ior", text="Plate")
     if grating.matter == LAYERS:
         column.prop(grating, "layers", text="")
 
@@ -104,13 +105,13 @@ def _draw_dials(layout, node, *, is_dielectric: bool) -> None:
 def _draw_choices(layout, grating, facts: GratingFacts) -> None:
     column = layout.column(align=True)
     chosen = {name: label for name, label, _ in KINDS}[stored.choice(grating.frame_kind, FRAMES, STORED)]
-    row = column.row()
+    row = column.split(factor=_LABEL)
     row.label(text="Direction")
     row.operator(ChooseDirection.bl_idname, text=translated(chosen), icon="ORIENTATION_LOCAL")
-    row = column.row()
+    row = column.split(factor=_LABEL)
     row.label(text="Variation")
     row.operator(VaryGrating.bl_idname, text=facts.variation, icon="MOD_NOISE")
-    row = column.row()
+    row = column.split(factor=_LABEL)
     row.label(text="Pattern")
     row.operator_menu_enum(AddHologram.bl_idname, "pattern", text=translated(facts.hologram), icon="MESH_GRID")
 

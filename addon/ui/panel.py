@@ -29,7 +29,7 @@ from .quality_part import draw_quality
 from .surface_part import draw_surface
 
 # Heights of the presets' pictures, in the panel and in the list that it opens, and of the large buttons, in rows.
-_PICTURE, _PICTURE_IN_LIST, _LARGE = 6.0, 5.0, 1.5
+_PICTURE, _PICTURE_IN_LIST, _LARGE = 6.0, 6.5, 1.5
 # The custom property of Show Me's scenes (workflow/presets.py, which loads only when needed).
 _SHOW = "ng_show"
 
@@ -48,7 +48,7 @@ class PresetMenu(bpy.types.Menu):
 
 
 class SampleMenu(bpy.types.Menu):
-    """Add a preset, a sample surface that ships with the extension, a grating by its parameters, or a bake"""
+    """Add a preset, a scan, a grating by its parameters, a bake, or a sample surface that ships with the extension"""
 
     bl_idname = "GRATING_MT_samples"
     bl_label = "Add Surface"
@@ -60,6 +60,7 @@ class SampleMenu(bpy.types.Menu):
         self.layout.menu(PresetMenu.bl_idname, icon="PRESET")
         self.layout.operator_menu_enum(ShowMe.bl_idname, "preset", icon="HIDE_OFF")
         self.layout.operator_context = "INVOKE_DEFAULT"
+        self.layout.operator(ImportHeightMap.bl_idname, text="Import Scan...", icon="IMPORT")
         self.layout.operator(AddGrating.bl_idname, text="Grating by Parameters...", icon="MOD_WAVE")
         self.layout.operator(LoadBake.bl_idname, text="Load Bake...", icon="FILE_FOLDER")
         self.layout.operator(LoadPreset.bl_idname, text="Load Preset...", icon="PRESET")
@@ -217,7 +218,7 @@ def _draw_work(layout, context) -> None:
 def _draw_start(layout, context) -> None:
     """Draw what an artist can begin with: a preset by its picture, an own scan, or a sample."""
     chosen_preset = _draw_presets(layout, context)
-    for button in draw_stickers(layout):
+    for button in draw_stickers(layout, context):
         # Until one is chosen, a sticker is a hologram, as the first picture is a snake's.
         if context.window_manager.is_property_set(CHOSEN):
             button.preset = chosen_preset

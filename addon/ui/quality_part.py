@@ -18,13 +18,14 @@ def draw_quality(layout, context, grating) -> None:
             ChooseQuality.bl_idname, text=translated(each.label), depress=each.name == chosen
         ).quality = each.name
     if running_bake() is None:
-        row = layout.row(align=True)
+        row = side_by_side(layout, context, BakeGrating.bl_label, "For Camera")
         row.operator(BakeGrating.bl_idname, icon="RENDER_STILL")
         if grating.bake_path:
+            row = row.row(align=True)
             row.operator(BakeNeeds.bl_idname, text="For Camera", icon="CAMERA_DATA")
             if grating.for_scene:
                 row.operator(BakeNeeds.bl_idname, text="", icon="X").everything = True
-    row = side_by_side(layout)
+    row = side_by_side(layout, context, "Footprint", "Shadows", "Every Lamp")
     row.prop(grating, "footprint")
     row.prop(grating, "shadows")
     row.prop(grating, "every_lamp")

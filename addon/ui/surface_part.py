@@ -28,18 +28,18 @@ def draw_surface(layout, context, grating, *, facts: GratingFacts) -> None:
     draw_scans(layout, context, facts)
     if not levelled:
         draw_preview(layout, context, grating, several=several)
-    draw_pictures(layout, grating)
+    draw_pictures(layout, context, grating)
     draw_rating(layout, context, grating)
     draw_steps(layout, context, grating, several=several)
 
 
-def draw_pictures(layout, grating) -> None:
+def draw_pictures(layout, context, grating) -> None:
     """Draw the buttons that show a grating as a picture: of its scan if it has one, of its colours once it is baked."""
-    kinds = [*(["HEIGHT", "SPECTRUM"] if grating.source else []), *(["CHART"] if grating.bake_path else [])]
-    row = side_by_side(layout)
-    for name, label, _ in KINDS:
-        if name in kinds:
-            row.operator(ShowPicture.bl_idname, text=translated(label)).kind = name
+    names = [*(["HEIGHT", "SPECTRUM"] if grating.source else []), *(["CHART"] if grating.bake_path else [])]
+    kinds = {name: label for name, label, _ in KINDS if name in names}
+    row = side_by_side(layout, context, *kinds.values(), icon=12)
+    for name, label in kinds.items():
+        row.operator(ShowPicture.bl_idname, text=translated(label)).kind = name
 
 
 def draw_rating(layout, context, grating) -> None:

@@ -35,7 +35,7 @@ from ..causes.setting_causes import (
     why_dark,
 )
 from ..causes.subject import HARMLESS, Cause, Subject, end_holdout, show, subject_of
-from ..lamps.find import COUNTS, irradiances, lamps_of
+from ..lamps.find import AUTO, COUNTS, irradiances, lamps_of
 from ..materials.material import add_diffraction, boxes_showing, listed
 from ..materials.skin import SETTABLE, set_up
 from .lights.lighting import update_lamps
@@ -169,7 +169,7 @@ def _show_lamps(context: bpy.types.Context) -> str:
 
 def _switch_on(lamp: bpy.types.Object) -> None:
     """Let a lamp light the diffraction, and give it power, a colour, and a size if it lacks them."""
-    lamp.pop(COUNTS, None)
+    setattr(lamp, COUNTS, AUTO)
     lamp.visible_glossy = True
     if max(lamp.data.color) <= 0:
         lamp.data.color = (1.0, 1.0, 1.0)

@@ -27,6 +27,7 @@ from ..lamps.follow import follow_lamps, followed_lamps, has_lost_lamps, left_ou
 from ..lamps.lamp_spectrum import FIELD
 from ..lamps.rendered_lamps import show_as_rendered
 from ..materials.data_pictures import wrong_colours
+from ..materials.exporting import show_again
 from ..materials.group_properties import is_diffraction
 from ..materials.skin import renew_outdated
 from .lights.fitting_worlds import (
@@ -119,6 +120,7 @@ def show_what_renders(scene: bpy.types.Scene, *_: object) -> None:
     if bpy.app.background:
         mesa.filter_as_cards_do()
     if not is_rendering():  # With a window, a render runs in its own thread, where no data may be created.
+        show_again()
         drop_stale_sources(scene)
         update_lamps(scene, exactly=False)
         _follow_settings(scene)
@@ -131,6 +133,7 @@ def show_what_renders(scene: bpy.types.Scene, *_: object) -> None:
 @guarded
 def show_what_is_saved(*_: object) -> None:
     """Before a save: make the file render correctly without this extension."""
+    show_again()
     for scene in _scenes():
         follow_lamps(scene, lit=lit_boxes)
         _print(_outside(scene))

@@ -595,6 +595,7 @@ class State(StrEnum):
 
     WHOLE = "whole"
     DAMAGED = "damaged"
+    OTHER_VERSION = "of another version"
     IN_USE = "in use"
 
 
@@ -615,7 +616,9 @@ def listed(cache: Cache, entry: Entry) -> Listed:
     if record is None:
         return Listed(entry, "", math.nan, State.IN_USE if cache.is_held(entry.key) else State.DAMAGED)
     sizes = {name: _size_of(told) for name, told in record.fingerprints.items()}
-    state = State.WHOLE if all(_has(cache.file(entry.key, name), sizes[name]) for name in sizes) else State.DAMAGED
+    state = State.OTHER_VERSION if _is_of_other_version(record) else State.WHOLE
+    if not all(_has(cache.file(entry.key, name), size) for name, size in sizes.items()):
+        state = State.DAMAGED
     name = next((Path(name).stem for name in record.fingerprints), "")
     return Listed(entry, name, _p99(record.facts), State.IN_USE if cache.is_held(entry.key) else state)
 
@@ -645,14 +648,21 @@ def damaged(cache: Cache, progress: Progress, *, remove: bool) -> Iterator[tuple
 
 def _is_whole(cache: Cache, key: str) -> bool:
     record = cache.record(key)
-    if record is None or key_of(record.of) != key:
+    if record is None or (record.of is not None and key_of(record.of) != key):
         return False
     files = {cache.file(key, name): told for name, told in record.fingerprints.items()}
     try:
         are_whole = all(not file.is_symlink() and fingerprint(file) == told for file, told in files.items())
-        return are_whole and is_of(record.of, list(files))
+        return are_whole and (_is_of_other_version(record) or is_of(record.of, list(files)))
     except (OSError, ValueError):
         return False
+
+
+def _is_of_other_version(record: Record) -> bool:
+    """Whether another version of the extension made a bake, whose headers this one may not read. The first versions
+    recorded nothing of what a bake depends on."""
+    versions = record.of.get("versions") if isinstance(record.of, dict) else None
+    return record.of is None or (isinstance(versions, list) and versions[:2] != [FORMAT, BAKE_VERSION])
 
 
 def _has(file: Path, size_bytes: Any) -> bool:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from ..bake.cache import NS_OF_A_DAY, Cache, Limits, Listed, damaged, default_folder, limits_set, listed
+from ..bake.cache import NS_OF_A_DAY, Cache, Limits, Listed, State, damaged, default_folder, limits_set, listed
 from ..base.failure import GratingError
 from .arguments import add_json, number
 from .printing import Progress, emit
@@ -105,6 +105,8 @@ def _verify(cache: Cache, arguments: argparse.Namespace) -> None:
     }  # fmt: skip
     lines = [f"{_line(each)}{', removed' if removed else ''}" for each, removed in found]
     whole = f"{cache.folder}: {_bakes(entries)}, none is damaged"
+    if others := sum(listed(cache, entry).state == State.OTHER_VERSION for entry in cache.entries()):
+        whole += f"; {others} of another version, which only `cache prune` removes"
     if not found or arguments.json:
         emit(facts, arguments.json, lambda: [whole])
     else:

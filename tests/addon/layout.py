@@ -54,10 +54,10 @@ class Layout:
     def row(self, align=False):
         return self
 
-    def column(self, align=False):
+    def split(self, factor=0.5):
         return self
 
-    def grid_flow(self, **_):
+    def column(self, align=False):
         return self
 
     def box(self):
@@ -77,6 +77,11 @@ class Layout:
             if kept:
                 lines.append(text)
         return " ".join(lines)
+
+
+def listed_properties(thing):
+    """The names that Blender lists in a data-block's panel Custom Properties."""
+    return [name for name in set(thing.keys()) if name not in thing.bl_rna.properties]
 
 
 def context_of(width=300):

@@ -22,7 +22,7 @@ _HELD: dict[str, Callable[[Skin], object]] = {
     "ng_lights": lambda it: it.group,
     "ng_sources": lambda it: it.group,
     "ng_left_out": lambda it: it.group,
-    "ng_counts": lambda it: it.sun,
+    "natural_gratings_counts": lambda it: it.sun,
     "ng_frame": lambda it: it.second.group,
     "ng_variation": lambda it: it.group,
     "ng_footprint": lambda it: it.group,

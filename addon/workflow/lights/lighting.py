@@ -13,8 +13,11 @@ import bpy
 from ....precompute.base.failure import GratingError
 from ...blender.session import has_window
 from ...lamps.find import (
+    AUTO,
     COUNTS,
+    KEPT,
     LAMPS_MAX,
+    LEFT_OUT,
     brightest,
     instanced_lamps,
     instances_are_not_followed,
@@ -110,12 +113,12 @@ def count_lamp(scene: bpy.types.Scene, name: str, active: bpy.types.Object | Non
             lamp.name, "linked from another file", "leave it out in that file, or use Object > Relations > Make Local"
         )
     if lamp in counted_lamps(scene):
-        lamp[COUNTS] = False
+        setattr(lamp, COUNTS, LEFT_OUT)
         done = "left out of the diffraction"
     elif sum(map(is_kept, lamps_of(scene))) < LAMPS_MAX:
-        lamp.pop(COUNTS, None)
+        setattr(lamp, COUNTS, AUTO)
         if lamp not in brightest(scene, followed=followed_lamps(scene), lit=lit_boxes):
-            lamp[COUNTS] = True
+            setattr(lamp, COUNTS, KEPT)
         done = "lights the diffraction"
     else:
         raise GratingError(lamp.name, f"{LAMPS_MAX} other lamps are kept in", "leave one of them out first")

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import bpy
 import pytest
 
-from tests.addon.layout import Layout, context_of
+from tests.addon.layout import Layout, context_of, listed_properties
 
 from .conftest import add_lamp, equal_lamps
 
@@ -31,9 +31,10 @@ def test_a_lamp_is_left_out_and_kept_in_again(addon, lit, followed):
     addon.lighting.update_lamps(lit)
     count("L1")
     assert followed() == (["L0", "L2"], ["L1"])
+    assert listed_properties(bpy.data.objects["L1"]) == []
     count("L1")
     assert followed() == (["L0", "L2", "L1"], [])
-    assert "ng_counts" not in bpy.data.objects["L1"], "the extension chooses again"
+    assert bpy.data.objects["L1"].natural_gratings_counts == "AUTO", "the extension chooses again"
 
 
 def test_the_choice_belongs_to_the_object(addon, lit, followed):
@@ -112,18 +113,18 @@ def test_a_lamp_that_is_left_out_makes_room(addon, lit, ranked, followed, eight_
 
 def test_a_ninth_lamp_cannot_be_kept_in(lit, ranked, eight_lamps):
     for lamp in equal_lamps(lit, 8):
-        lamp["ng_counts"] = True
+        lamp.natural_gratings_counts = "KEPT"
     dim = add_lamp(lit, "Dim", energy=0.1)
     ranked()
     with pytest.raises(RuntimeError, match="Dim: 8 other lamps are kept in; leave one of them out first"):
         bpy.ops.grating.count_lamp(lamp="Dim")
-    assert "ng_counts" not in dim and "Dim" not in ranked()
+    assert dim.natural_gratings_counts == "AUTO" and "Dim" not in ranked()
 
 
 @pytest.mark.parametrize("value", ["nonsense", 7, [1.0, 2.0], {"a": 1}])
 def test_a_value_that_is_no_choice_counts_as_none(addon, lit, followed, value):
     (lamp,) = equal_lamps(lit, 1)
-    lamp["ng_counts"] = value
+    lamp["natural_gratings_counts"] = value
     addon.lighting.update_lamps(lit)
     assert followed() == (["L0"], [])
 
@@ -142,7 +143,7 @@ def test_undo_and_redo(addon, lit, followed):
 
     assert shown() == (["L0"], ["L1"])
     bpy.ops.ed.undo()
-    assert shown() == (["L0", "L1"], []) and "ng_counts" not in bpy.data.objects["L1"]
+    assert shown() == (["L0", "L1"], []) and bpy.data.objects["L1"].natural_gratings_counts == "AUTO"
     bpy.ops.ed.redo()
     assert shown() == (["L0"], ["L1"])
 
@@ -161,7 +162,7 @@ def test_a_linked_lamp_is_refused(addon, lit, tmp_path):
     """Also one with a library override, whose new properties Blender does not save. The choice of its file counts."""
     path = tmp_path / "lamps.blend"
     rim = bpy.data.objects.new("Rim", bpy.data.lights.new("Rim", "POINT"))
-    rim["ng_counts"] = False
+    rim.natural_gratings_counts = "LEFT_OUT"
     held = bpy.data.collections.new("Rims")
     held.objects.link(rim)
     bpy.data.libraries.write(str(path), {held}, fake_user=True)

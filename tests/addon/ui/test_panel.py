@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The panel as a path: what to do next, and which step is open."""
 
+import importlib
+import re
 from types import SimpleNamespace
 
 import bpy
 import pytest
 
+from devtools import ROOT
 from tests.addon.layout import Layout, context_of
 
 
@@ -138,6 +141,19 @@ def test_long_names_are_wrapped(scene, grating, panel):
     assert labels and all(len(label) <= 22 for label in labels)
 
 
+def test_a_narrow_sidebar_cuts_no_button(addon):
+    """At the width of a new sidebar in Blender 5.2 buttons stand side by side, at that of Blender 4.5 in a column."""
+    layout = SimpleNamespace(row=lambda align: "row", column=lambda align: "column")
+    texts = ("Assign", "Add", "Remove")
+    assert [addon.notes.side_by_side(layout, context_of(width), *texts) for width in (284, 200)] == ["row", "column"]
+
+
+def test_the_plus_imports_a_scan_too(addon, scene):
+    layout = Layout()
+    addon.panel.SampleMenu.draw(SimpleNamespace(layout=layout), context_of())
+    assert layout.operators.index("grating.import_height_map") < layout.operators.index("grating.add_grating")
+
+
 def test_a_surface_tells_its_period_in_lines(scene, scan, panel):
     bpy.ops.grating.import_height_map(filepath=str(scan), size_um=4, height_nm=100)
     assert "Surface: 500 nm, 2000 lines/mm" in panel().labels
@@ -165,3 +181,13 @@ def test_the_surface_offers_the_pictures_that_it_can_show(scene, grating, scan, 
     scene.natural_gratings.items.clear()
     bpy.ops.grating.import_height_map(filepath=str(scan), size_um=4, height_nm=100)
     assert panel(folded=False).operators.count("grating.show_picture") == 2
+
+
+@pytest.mark.parametrize("walk", ["walk_in_blender", "first_hour_in_blender"])
+def test_a_walk_names_modules_buttons_and_folds_that_exist(addon, walk):
+    """The walks need a Blender with a window, so the nightly suite runs them."""
+    text = (ROOT / "devtools" / f"{walk}.py").read_text()
+    for module, name in re.findall(r'part\("([\w.]+)"\)\.(\w+)', text):
+        assert hasattr(importlib.import_module(f"{addon.package.__name__}.{module}"), name)
+    assert set(re.findall(r"bpy\.ops\.grating\.(\w+)", text)) <= set(dir(bpy.ops.grating))
+    assert set(re.findall(r"folds\.(\w+)", text)) <= set(addon.folds.Folds.__annotations__)

@@ -11,6 +11,7 @@ import pytest
 from mathutils import Vector
 
 from tests.addon.conftest import add_camera, reports, select
+from tests.addon.layout import listed_properties
 
 KINDS = {
     "SUN": ["Rig Sun"],
@@ -172,9 +173,10 @@ def test_it_replaces_its_own_lamps_and_no_others(lit):
     for kind, names in (("STUDIO", KINDS["STUDIO"]), ("WINDOW", KINDS["WINDOW"]), ("WINDOW", KINDS["WINDOW"])):
         bpy.ops.grating.light_rig(kind=kind)
         assert list(rig()) == names
+        assert not any(map(listed_properties, rig().values()))
         assert sorted(light.name for light in bpy.data.lights) == sorted([*names, "Sun"])
     assert (sun.matrix_world, sun.data.energy, sun.data.angle) == kept
-    assert scene.world == world and len(bpy.data.collections) == 1
+    assert scene.world == world and "Light Rig.001" not in bpy.data.collections
     assert scene.render.engine == bpy.context.scene.render.engine
 
 
