@@ -44,7 +44,7 @@ RENDER_SHORT = (
 ADDON_SHORT = (
     "blender/test_guard.py", "blender/test_mesa.py", "blender/test_names.py", "blender/test_removals.py",
     "blender/test_strangers.py", "nodes/test_builder.py", "nodes/test_eevee_constants.py",
-    "materials/test_saved_file.py", "materials/test_earlier_version.py", "materials/test_purged.py",
+    "materials/test_purged.py",
     "lamps/test_lamps.py", "batch/test_commands.py", "operators/test_registering.py", "operators/test_operators.py",
     "workflow/test_assigning.py", "workflow/test_other_version.py",
 )  # fmt: skip
