@@ -21,7 +21,7 @@ from .lying_scene import Skin
 
 LIES = lies.lies() | lies_edits.of_parts() | lies_edits.of_trees()
 # The part of a lie's name that names its property.
-_SUBJECT = re.compile(r"ng_\w+|grating's \w+|a step")
+_SUBJECT = re.compile(r"ng_\w+|natural_gratings_\w+|grating's \w+|a step")
 # Texts of a fault that was caught or printed.
 _FAULTS = ("Traceback", "report this line")
 # The cheapest buttons that repair most.
