@@ -26,7 +26,7 @@ from ..study import evaluation, evaluation_plot, slits, terms
 from ..study.colour_comparison import compare_bake
 from ..study.response import FirstOrder
 from . import evaluation_page, report
-from .evaluation_maps import PIXELS, Map, groups
+from .evaluation_maps import PIXELS, Map, flss_about_mean, groups, height_maps, reliefs
 from .evaluation_rows import (
     THESIS_PERIODS_M,
     THETA_I,
@@ -36,8 +36,6 @@ from .evaluation_rows import (
     patch_spread,
     xenopeltis_rows,
 )
-from .evaluation_sheets import agreements
-from .evaluation_surfaces import flss_about_mean, height_maps, reliefs
 
 ROOT = Path(__file__).resolve().parents[2]
 MAP_METHODS = {**METHODS, "flss-about-mean": flss_about_mean}
@@ -113,7 +111,7 @@ def main(argv: list[str] | None = None) -> None:
             "xenopeltis": patch_spread(evaluation.turned(surfaces["xenopeltis"], 90), THESIS_PERIODS_M["xenopeltis"]),
         },
         terms=terms.table(),
-        agreements=agreements(wanted, images, arguments.shared),
+        agreements=evaluation_page.agreements(wanted, images, arguments.shared),
     )
     terms.plot(images / "terms.png")
     save_small(Image.open(images / "terms.png"), images / "terms.png")
