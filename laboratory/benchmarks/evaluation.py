@@ -22,7 +22,7 @@ from precompute.methods.method_registry import METHODS
 from precompute.surface.relief import Relief, prepare
 
 from ..speed.surfaces import SKINS
-from ..study import evaluation, evaluation_plot, slits, terms
+from ..study import evaluation, slits, terms
 from ..study.colour_comparison import compare_bake
 from ..study.response import FirstOrder
 from . import evaluation_page, report
@@ -96,7 +96,7 @@ def main(argv: list[str] | None = None) -> None:
         bakes[name] = compare_bake(relief, Settings(), FirstOrder(THETA_I, rows[0].evaluation.expected_m))
         plain = [row.evaluation for row in rows if row.label in METHODS]
         plot = images / f"response-{name}.png"
-        evaluation_plot.plot(plot, plain)
+        evaluation.plot(plot, plain)
         save_small(Image.open(plot), plot)
         report.say(f"  {name} evaluated, {time.perf_counter() - started:.0f} s", arguments.json)
     wanted = groups()
@@ -120,7 +120,3 @@ def main(argv: list[str] | None = None) -> None:
     seconds = time.perf_counter() - started
     report.say(f"{arguments.output / 'evaluation.md'}: {seconds:.0f} s", arguments.json)
     report.write({**facts.as_dict(), "seconds": seconds}, arguments.json)
-
-
-if __name__ == "__main__":
-    main()

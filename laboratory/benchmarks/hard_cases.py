@@ -342,7 +342,3 @@ def main(argv: list[str] | None = None) -> None:
     cases = zip(CASES, outcomes, strict=True)
     facts = [{"case": case.name, "asked": case.asked, **each.as_dict()} for case, each in cases]
     report.write({"cases": facts}, arguments.json)
-
-
-if __name__ == "__main__":
-    main()

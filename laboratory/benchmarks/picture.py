@@ -226,7 +226,3 @@ def as_text(row: dict) -> str:
         f"{row['seconds']:9.3f} s  dE00 {row['mean']:6.2f} mean {row['p95']:6.2f} p95  FLIP {row['flip']:.4f}  light "
         f"{row['light']:.3f}"
     )
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

@@ -125,9 +125,9 @@ class Candidate:
         return self.entry.name
 
     @property
-    def label(self) -> str:
-        """What tells the candidate from others of its method."""
-        return self.trial.label
+    def title(self) -> str:
+        """The method and what tells the candidate from others of its method."""
+        return f"{self.method} {self.trial.label}".strip()
 
     @property
     def model(self) -> str:
@@ -168,7 +168,7 @@ def judge(candidate: Candidate, surface: Surface, judge: Judge, *, seconds_timed
     return Row(
         surface=surface.name,
         method=candidate.method,
-        label=candidate.label,
+        label=candidate.trial.label,
         model=candidate.model,
         seconds_per_million=seconds_per_million(candidate, method, seconds_timed),
         preparation_seconds=preparation,

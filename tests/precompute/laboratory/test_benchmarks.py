@@ -48,21 +48,6 @@ def test_every_benchmark_is_found(capsys):
     assert "no such benchmark" in capsys.readouterr().err
 
 
-def test_without_a_name_each_benchmark_has_its_own_process(monkeypatch, capsys):
-    """Blender reads BLENDER_USER_RESOURCES only once, and each benchmark has its own user folder."""
-    started = []
-
-    def run(command, **_):
-        started.append(command)
-        return subprocess.CompletedProcess(command, 3 if command[-1] == "second" else 0)
-
-    monkeypatch.setattr(runner, "found", lambda: dict.fromkeys(("first", "second", "third"), pytest.fail))
-    monkeypatch.setattr(subprocess, "run", run)
-    assert runner.main([]) == 3
-    assert started == [[sys.executable, "-m", "laboratory.benchmarks", name] for name in ("first", "second", "third")]
-    assert capsys.readouterr().out == "first:\nsecond:\nthird:\n"
-
-
 def test_maps_have_their_own_names():
     maps = [one for group in evaluation_maps.groups().values() for one in group]
     assert len({one.name for one in maps}) == len(maps)
