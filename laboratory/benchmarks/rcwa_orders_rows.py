@@ -167,11 +167,6 @@ def steep() -> list[Grating]:
     return [Grating(*each) for each in product(PROFILES, (0.55, 0.8), (0.5, 0.7), SUM_ANGLES_DEG)]
 
 
-def has_scalar(row: Row) -> bool:
-    """Whether scalar theory has the order: it has no even orders of a binary grating."""
-    return row.scalar["Stam"] > _NOTHING * row.rigorous
-
-
 def off_by(rows: Iterable[Row], name: str) -> np.ndarray:
     """The factor, at least 1, by which each row's order is off; infinite for an order that scalar theory lacks."""
     return away_from_1(np.array([row.scalar[name] / row.rigorous for row in rows]))
