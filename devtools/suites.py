@@ -44,9 +44,9 @@ RENDER_SHORT = (
 ADDON_SHORT = (
     "blender/test_guard.py", "blender/test_mesa.py", "blender/test_names.py", "blender/test_removals.py",
     "blender/test_strangers.py", "nodes/test_builder.py", "nodes/test_eevee_constants.py",
-    "materials/test_purged.py",
-    "lamps/test_lamps.py", "batch/test_commands.py", "operators/test_registering.py", "operators/test_operators.py",
-    "workflow/test_assigning.py", "workflow/test_other_version.py",
+    "materials/test_purged.py", "lamps/test_lamps.py", "batch/test_commands.py", "operators/test_registering.py",
+    "operators/test_operators.py", "workflow/test_assigning.py", "workflow/test_other_version.py",
+    "workflow/test_restoring_bakes.py",
 )  # fmt: skip
 # Suites that run only these parts in an environment, always or in a short run.
 AGAIN = {("precompute", PY313): PRECOMPUTE_AGAIN}

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Run one benchmark, or all of them: every module of this package that has a main(argv)."""
+"""Run one benchmark: a module of this package that has a main(argv)."""
 
 import importlib
 import os
 import pkgutil
-import subprocess
 import sys
 from collections.abc import Callable
 
@@ -25,25 +24,15 @@ def found() -> dict[str, Callable]:
 
 
 def main(argv: list[str]) -> int:
-    """Run the benchmark named in argv, `[NAME [ARGUMENTS]]`; without a name, run all of them with their defaults, each
-    in its own process, because Blender reads its user folder only once.
-
-    Returns the status of the last benchmark that failed, 0 if all passed."""
+    """Run the benchmark named in argv, `NAME [ARGUMENTS]`; without a name, list them. Returns the exit status."""
     mains = found()
-    if argv and argv[0] in ("-h", "--help"):
-        print(f"usage: bench [NAME [ARGUMENTS]]\n\nNAME: {', '.join(mains)}; without it, all of them")
+    if not argv or argv[0] in ("-h", "--help"):
+        print(f"usage: bench NAME [ARGUMENTS]\n\nNAME: {', '.join(mains)}")
         return 0
-    if argv and argv[0] not in mains:
+    if argv[0] not in mains:
         print(f"error: {argv[0]}: no such benchmark; choose one of {', '.join(mains)}", file=sys.stderr)
         return 2
-    if argv:
-        return mains[argv[0]](argv[1:]) or 0
-    status = 0
-    for name in mains:
-        print(f"{name}:", flush=True)
-        command = [sys.executable, "-m", __package__, name]
-        status = subprocess.run(command, stdout=sys.stdout, stderr=sys.stderr).returncode or status
-    return status
+    return mains[argv[0]](argv[1:]) or 0
 
 
 if __name__ == "__main__":

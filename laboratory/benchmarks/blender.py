@@ -57,12 +57,6 @@ class PlaneView:
         rgb = shown_rgb(xyz_over_w2(*(wi + wr).T), rgb_from_xyz("Rec.709"))
         return (gain[:, None] * rgb).reshape(self.pixels, self.pixels, 3)
 
-    def stam_over_material(self) -> np.ndarray:
-        """Stam's form over the materials' form, of keratin (pixels, pixels, 1)."""
-        wi, wr = self.directions()
-        ratio = scattering_factor(wi, wr, stam=True) / scattering_factor(wi, wr)
-        return ratio.reshape(self.pixels, self.pixels, 1)
-
 
 def render(addon, group, view: PlaneView, path: Path, irradiance=(1.0, 1.0, 1.0), ior=KERATIN_IOR) -> np.ndarray:
     """Render a Diffraction group on the plane under a sun in Cycles: linear RGB (pixels, pixels, 3), row 0 at the

@@ -14,8 +14,6 @@ draws the windows. Cycles renders on the device without Open Shading Language.
   shaders, or loads Cycles' kernels.
 - `again` is a picture of one sample. Then come the pictures of each number of samples, and `ms/sample`, what each
   further sample takes.
-- `ms/frame` is a frame of an animation with one sample, in milliseconds, with writing its file. A viewport draws one
-  sample for each redraw and writes no file, so its time lies between `ms/sample` and `ms/frame`.
 - `median` and `p99` are of the difference to the processor's picture with the same random numbers, over its mean.
 
 --files keeps the scenes' files, or uses the files that are there: they render on a machine without the extension.
@@ -59,7 +57,6 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--material", action="append", choices=MATERIALS)
     parser.add_argument("--lamps", type=count(1, 8), action="append", help="default: 1, 3 and 8")
     parser.add_argument("--samples", type=count(1, 4096), action="append", help="default: 16 and 64")
-    parser.add_argument("--frames", type=count(0, 10_000), default=20, help="of the animation; default: 20")
     parser.add_argument("--repeat", type=count(1, 1000), default=2, help="renders of each; default: 2")
     parser.add_argument("--width", type=count(4, 8192), default=1920)
     parser.add_argument("--height", type=count(4, 8192), default=1080)
@@ -92,7 +89,7 @@ def measured(arguments: argparse.Namespace, folder: Path) -> Iterator[dict]:
     counts = "".join(f"{f'{n}, s':>9}" for n in samples)
     report.say(
         f"{'':9}{'scene':7}{'material':11}{'suns':>4}{'first, s':>10}{'again, s':>10}{counts}{'ms/sample':>11}"
-        f"{'ms/frame':>10}{'median':>10}{'p99':>10}", arguments.json,
+        f"{'median':>10}{'p99':>10}", arguments.json,
     )  # fmt: skip
     cards = set()
     for job in _jobs(arguments, files, samples):
@@ -115,7 +112,6 @@ def _jobs(arguments: argparse.Namespace, files: list[list[list[Path]]], samples:
             [str(path) for path in paths],
             (arguments.width, arguments.height),
             samples=numbers,
-            frames=arguments.frames,
             output=str(arguments.output),
             repeat=repeat,
             backend=arguments.backend,
@@ -193,8 +189,6 @@ def _line(row: dict, samples: list[int]) -> str:
         return f"{begin}  failed: {row['failed']}"
     spent = (row["seconds"].get(str(number)) for number in samples)
     numbers = [(row["first"], 10, ".1f"), (row["again"], 10, ".3f"), *((each, 9, ".3f") for each in spent)]
-    numbers += [
-        (1e3 * row[key] if key in row else None, width, ".2f") for key, width in (("sample", 11), ("frame", 10))
-    ]
+    numbers.append((1e3 * row["sample"] if "sample" in row else None, 11, ".2f"))
     numbers += [(row.get(key), 10, ".1e") for key in ("median", "p99")]
     return begin + "".join(" " * width if value is None else f"{value:{width}{form}}" for value, width, form in numbers)

@@ -8,21 +8,18 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 MARK = "card "
-# Radians by which the camera turns in an animation.
-_TURN = 0.05
 
 
 @dataclass(frozen=True)
 class Job:
-    """What to render: files, the picture's size, numbers of samples, frames of the animation, where to put the
-    pictures, and how often to time each, of which the shortest counts. `device` is EEVEE, CPU, or a kind of card as
-    Cycles names it; `backend` is EEVEE's."""
+    """What to render: files, the picture's size, numbers of samples, where to put the pictures, and how often to time
+    each, of which the shortest counts. `device` is EEVEE, CPU, or a kind of card as Cycles names it; `backend` is
+    EEVEE's."""
 
     device: str
     files: list[str]
     size: tuple[int, int]
     samples: list[int]
-    frames: int
     output: str
     repeat: int
     backend: str = "OPENGL"
@@ -61,8 +58,6 @@ def render_files(job: Job) -> None:
         for samples in job.samples:
             facts["seconds"][samples] = min(_render(scene, samples) for _ in range(job.repeat))
             _save(scene, picture_of(Path(job.output), Path(file), job.device, samples))
-        if job.eevee and job.frames:
-            facts["frame"] = _animate(scene, job.frames, Path(job.output))
         print(MARK + json.dumps(facts), flush=True)
 
 
@@ -100,26 +95,6 @@ def _render(scene, samples: int) -> float:
     start = time.perf_counter()
     bpy.ops.render.render()
     return time.perf_counter() - start
-
-
-def _animate(scene, frames: int, folder: Path) -> float:
-    """Seconds of a frame of one sample while the camera turns; a viewport draws one sample for each redraw. Blender
-    writes each frame: without compression, and linear, this takes least."""
-    import bpy
-
-    camera, image = scene.camera, scene.render.image_settings
-    for frame in (1, frames):
-        camera.rotation_euler.z += _TURN
-        camera.keyframe_insert("rotation_euler", frame=frame)
-    image.file_format, image.color_depth, image.exr_codec = "OPEN_EXR", "16", "NONE"
-    scene.frame_start, scene.frame_end, scene.eevee.taa_render_samples = 1, frames, 1
-    scene.render.filepath = str(folder / "frame")
-    start = time.perf_counter()
-    bpy.ops.render.render(animation=True)
-    seconds = (time.perf_counter() - start) / frames
-    for frame in folder.glob("frame*.exr"):
-        frame.unlink()
-    return seconds
 
 
 def _save(scene, path: Path) -> None:

@@ -187,7 +187,3 @@ def main(argv: list[str] | None = None) -> int:
                 report.say(rows[-1].text, arguments.json)
     report.write({"rows": [asdict(each) | {"holds": each.holds} for each in rows]}, arguments.json)
     return 0 if all(each.holds for each in rows) else 1
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -22,11 +22,11 @@ from precompute.methods.method_registry import METHODS
 from precompute.surface.relief import Relief, prepare
 
 from ..speed.surfaces import SKINS
-from ..study import evaluation, evaluation_plot, slits, terms
+from ..study import evaluation, slits, terms
 from ..study.colour_comparison import compare_bake
 from ..study.response import FirstOrder
 from . import evaluation_page, report
-from .evaluation_maps import PIXELS, Map, groups
+from .evaluation_maps import PIXELS, Map, flss_about_mean, groups, height_maps, reliefs
 from .evaluation_rows import (
     THESIS_PERIODS_M,
     THETA_I,
@@ -36,8 +36,6 @@ from .evaluation_rows import (
     patch_spread,
     xenopeltis_rows,
 )
-from .evaluation_sheets import agreements
-from .evaluation_surfaces import flss_about_mean, height_maps, reliefs
 
 ROOT = Path(__file__).resolve().parents[2]
 MAP_METHODS = {**METHODS, "flss-about-mean": flss_about_mean}
@@ -98,7 +96,7 @@ def main(argv: list[str] | None = None) -> None:
         bakes[name] = compare_bake(relief, Settings(), FirstOrder(THETA_I, rows[0].evaluation.expected_m))
         plain = [row.evaluation for row in rows if row.label in METHODS]
         plot = images / f"response-{name}.png"
-        evaluation_plot.plot(plot, plain)
+        evaluation.plot(plot, plain)
         save_small(Image.open(plot), plot)
         report.say(f"  {name} evaluated, {time.perf_counter() - started:.0f} s", arguments.json)
     wanted = groups()
@@ -113,7 +111,7 @@ def main(argv: list[str] | None = None) -> None:
             "xenopeltis": patch_spread(evaluation.turned(surfaces["xenopeltis"], 90), THESIS_PERIODS_M["xenopeltis"]),
         },
         terms=terms.table(),
-        agreements=agreements(wanted, images, arguments.shared),
+        agreements=evaluation_page.agreements(wanted, images, arguments.shared),
     )
     terms.plot(images / "terms.png")
     save_small(Image.open(images / "terms.png"), images / "terms.png")
@@ -122,7 +120,3 @@ def main(argv: list[str] | None = None) -> None:
     seconds = time.perf_counter() - started
     report.say(f"{arguments.output / 'evaluation.md'}: {seconds:.0f} s", arguments.json)
     report.write({**facts.as_dict(), "seconds": seconds}, arguments.json)
-
-
-if __name__ == "__main__":
-    main()

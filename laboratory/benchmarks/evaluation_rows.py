@@ -15,7 +15,7 @@ from precompute.surface.samples.ruled_gratings import blazed
 from ..study import evaluation
 from ..study.response import WINDOW, FirstOrder, first_order_plane, response
 from ..study.traits import DEFAULT_METHODS
-from .evaluation_surfaces import as_the_thesis_cuts
+from .evaluation_maps import as_the_thesis_cuts
 
 THETA_I = np.radians(75)
 # The thesis's own periods of the skins.

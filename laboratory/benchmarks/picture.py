@@ -24,7 +24,6 @@ from pathlib import Path
 import numpy as np
 
 from precompute.bake.make import bake_to_folder
-from precompute.bake.needs import EVERYTHING, Needs
 from precompute.bake.request import BakeRequest
 from precompute.cli.arguments import count, number
 from precompute.cli.parser import OneLineParser
@@ -92,15 +91,13 @@ class Stage:
     """A scene whose only grating is shaded by one method after another."""
 
     def __init__(self, of: Scene):
-        """Measure what the scene needs."""
         self.of, self.addon, self.folder = of, of.addon, of.pictures
         self.surface = f"sample:{SCENES[of.name][0]}"
         self.addon.making_materials.choose_lights(of.grating, "LAMPS")
         # Before Blender 5.1 Cycles traces shadow rays only in OSL: the reference would have shadows that methods lack.
         of.grating.shadows = False
-        self.needs = self.addon.baking.measure_needs(of.scene, of.grating).needs
         self.group = of.grating.group
-        self.bakes: dict[tuple, Path] = {}
+        self.bakes: dict[float, Path] = {}
         # A smaller error limits a table to a shorter coherence: all bakes use that of the smallest error.
         self.coherence_length_m: float | None = None
         self.coherence_length_m = atlas.read(self.bake(_EXACT))[0].coherence_length_m
@@ -109,12 +106,11 @@ class Stage:
         """Every method, the cheapest first."""
         direct = [
             Method(
-                f"Direct dE {budget:g}{', needs' * (needs is not EVERYTHING)}{', footprint' * footprint}",
-                partial(self.wear_bake, budget, needs, footprint),
+                f"Direct dE {budget:g}{', footprint' * footprint}",
+                partial(self.wear_bake, budget, footprint),
                 engines=ENGINES if budget == 1 else ENGINES[:1],
             )
             for budget in BUDGETS
-            for needs in (EVERYTHING, self.needs)
             for footprint in (False, True)
         ]
         thesis = [
@@ -172,19 +168,18 @@ class Stage:
         render.resolution_percentage = full
         return seconds, picture
 
-    def bake(self, budget: float, needs: Needs = EVERYTHING) -> Path:
+    def bake(self, budget: float) -> Path:
         """The file of a bake of the scene's surface."""
-        key = budget, needs is EVERYTHING
-        if key not in self.bakes:
-            request = BakeRequest(delta_e=budget, needs=needs, coherence_length_m=self.coherence_length_m)
+        if budget not in self.bakes:
+            request = BakeRequest(delta_e=budget, coherence_length_m=self.coherence_length_m)
             folder = self.folder / f"{self.of.name}_{budget:g}_{len(self.bakes)}"
             facts = bake_to_folder([read_height_map(self.surface)], request, folder)
-            self.bakes[key] = Path(facts["files"][0])
-        return self.bakes[key]
+            self.bakes[budget] = Path(facts["files"][0])
+        return self.bakes[budget]
 
-    def wear_bake(self, budget: float, needs: Needs, footprint: bool) -> None:
+    def wear_bake(self, budget: float, footprint: bool) -> None:
         """Use Direct as nodes."""
-        response = self.addon.direct_response.direct_response(self.bake(budget, needs))
+        response = self.addon.direct_response.direct_response(self.bake(budget))
         self.addon.lost_parts.replace_response(self.group, response)
         self.count_footprint(footprint)
 
@@ -231,7 +226,3 @@ def as_text(row: dict) -> str:
         f"{row['seconds']:9.3f} s  dE00 {row['mean']:6.2f} mean {row['p95']:6.2f} p95  FLIP {row['flip']:.4f}  light "
         f"{row['light']:.3f}"
     )
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from precompute.base.files import write_whole
 
+from ..speed.page import number
 from ..speed.result import Machine
 from ..speed.run import machine, pareto
-from ..speed.tables import number
 from ..study import plots
 from ..study.pages import filled, table
 
@@ -93,7 +93,7 @@ def plot(tables: list[dict], path: Path) -> None:
 
 
 def colour(name: str) -> str:
-    """A method's colour; needs and footprint have that of the bake."""
+    """A method's colour; footprint has that of the bake."""
     kinds = (
         "Direct dE 3",
         "Direct dE 1",

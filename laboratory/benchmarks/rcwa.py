@@ -241,7 +241,3 @@ def main(argv: list[str] | None = None) -> None:
     report.say(as_text(rows, checked), arguments.json)
     finer = [{"grating": asdict(grating), "parts": parts, "orders": orders} for grating, parts, orders in checked]
     report.write({"rows": [asdict(row) for row in rows], "finer": finer}, arguments.json)
-
-
-if __name__ == "__main__":
-    main()

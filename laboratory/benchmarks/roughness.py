@@ -112,7 +112,3 @@ def main(argv: list[str] | None = None) -> None:
     ]
     report.say(table(["surface", "roughness", "dE00", "light"], lines), arguments.json)
     report.write({"rows": [asdict(row) for row in rows]}, arguments.json)
-
-
-if __name__ == "__main__":
-    main()

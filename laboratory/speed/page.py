@@ -1,17 +1,75 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The figures of docs/speed_against_error.md, from the result of a run. The sentences stand in the page itself."""
+"""The result of a run as text and as a plot: the printed summary, and the figures of docs/speed_against_error.md. The
+sentences stand in the page itself."""
 
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+from precompute.base.files import write_whole
 from precompute.methods.baked import ENTRY
 from precompute.methods.method_registry import ENTRIES
 
+from ..study import plots
 from ..study.pages import filled, table
 from ..study.traits import TRAITS
-from .pictures import PAGE
-from .result import BenchmarkResult
-from .tables import JUST_VISIBLE, NAMES, number, table_of
+from .result import BenchmarkResult, Row
 
+PAGE, PICTURE = "speed_against_error.md", "speed_against_error.png"
 BAKE = ENTRY.name
 QUICK = "*A quick run: small pieces, few directions. Its ratios are no result.*"
+# dE00 that no eye sees side by side, the budget of a bake by default.
+JUST_VISIBLE = 1.0
+NAMES = {"blaze": "Blaze", "elaphe": "Elaphe", "xenopeltis": "Xenopeltis"}
+_COLUMNS = (
+    "method", "s / million", "prepared in, s", "peak, MiB", "table, MiB", "dE00 mean", "p95", "p99", "max",
+    "relative RMS", "angle, degrees",
+)  # fmt: skip
+
+
+def number(value: float, digits: int = 3) -> str:
+    """A value rounded to `digits` significant digits, written out in full where it is large."""
+    if not math.isfinite(value):
+        return "-"
+    if value == 0:
+        return "0"
+    places = max(0, digits - 1 - math.floor(math.log10(abs(value))))
+    if abs(value) >= 1e-4:
+        return f"{round(value, digits - 1 - math.floor(math.log10(abs(value)))):,.{min(places, 6)}f}"
+    return f"{value:.0e}"
+
+
+def mebibytes(count: float | None) -> str:
+    """A number of bytes in MiB, or a dash if it is not known."""
+    return "-" if count is None else number(count / 2**20)
+
+
+def cells_of(row: Row, front: Sequence[str]) -> list[str]:
+    """A row of the table; a title on the front is bold."""
+    return [
+        f"**{row.title}**" if row.title in front else row.title,
+        number(row.seconds_per_million), number(row.preparation_seconds, 2), mebibytes(row.peak_bytes),
+        mebibytes(row.table_bytes), *(number(value, 2) for value in (row.mean, row.p95, row.p99, row.max)),
+        number(row.relative_rms, 2), f"{row.peak_angle_deg:.3f}",
+    ]  # fmt: skip
+
+
+def table_of(result: BenchmarkResult, surface: str) -> str:
+    """The shown rows of a surface in Markdown."""
+    return table(_COLUMNS, [cells_of(row, result.front[surface]) for row in result.shown(surface)])
+
+
+def summary(result: BenchmarkResult) -> str:
+    """What the command prints: the tables in columns, and the ratios."""
+    lines = []
+    for surface in result.front:
+        lines += [NAMES[surface], f"{'':36}" + "".join(f"{name:>15}" for name in _COLUMNS[1:])]
+        for row in result.rows_of(surface):
+            title, *cells = cells_of(row, ())
+            mark = "*" if title in result.front[surface] else " "
+            lines.append(f"{mark} {title:<34}" + "".join(f"{cell:>15}" for cell in cells))
+    lines.append("* on the front of seconds against p99")
+    return "\n".join(lines)
 
 
 def text(result: BenchmarkResult) -> str:
@@ -77,3 +135,41 @@ def _choice(result: BenchmarkResult) -> str:
             row[4] = number(1e6 * bake.preparation_seconds / saved, 2)
         rows.append(row)
     return table(["surface", "cheapest bake", "cheapest other method", "bake faster by", "pays back after"], rows)
+
+
+def write_picture(result: BenchmarkResult, folder: Path) -> Path:
+    """Write the plot into a folder, which is made if need be. Raises GratingError if matplotlib is not installed."""
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / PICTURE
+    pyplot = plots.pyplot()
+    surfaces = list(result.front)
+    figure, panels = pyplot.subplots(
+        1, len(surfaces), figsize=(4.6 * len(surfaces), 5), sharey=True, squeeze=False, layout="constrained"
+    )
+    for panel, surface in zip(panels[0], surfaces, strict=True):
+        rows = [row for row in result.rows_of(surface) if math.isfinite(row.p99)]
+        for name in sorted(ENTRIES, key=lambda name: not TRAITS[name].first):
+            mine = [(row.seconds_per_million, max(row.p99, 1e-3)) for row in rows if row.method == name]
+            if mine:
+                look = {"color": TRAITS[name].colour, "label": name, "markersize": 6, "alpha": 0.85}
+                panel.plot(*zip(*mine, strict=True), TRAITS[name].marker, **look)
+        front = [row for row in rows if row.title in result.front[surface]]
+        panel.step(
+            [row.seconds_per_million for row in front], [max(row.p99, 1e-3) for row in front], "0.5",
+            where="post", linewidth=1, zorder=0,
+        )  # fmt: skip
+        for row in result.bakes_by_budget(surface):
+            if math.isfinite(row.p99):
+                panel.annotate(
+                    row.label, (row.seconds_per_million, row.p99), xytext=(7, 2), textcoords="offset points",
+                    fontsize=7, color=TRAITS[row.method].colour,
+                )  # fmt: skip
+        panel.set(xscale="log", yscale="log", title=NAMES[surface], xlabel="seconds per million directions")
+        panel.axhline(JUST_VISIBLE, color="0.7", linewidth=0.8, linestyle=":")
+        panel.grid(alpha=0.25)
+    panels[0, 0].set_ylabel("dE00, 99th percentile, worst exposure")
+    # The first surface refuses no method.
+    panels[0, -1].legend(*panels[0, 0].get_legend_handles_labels(), fontsize=8, loc="upper right")
+    write_whole(path, lambda partial: figure.savefig(partial, dpi=80))
+    pyplot.close(figure)
+    return path

@@ -57,17 +57,12 @@ class Row:
 
 @dataclass(frozen=True)
 class Refusal:
-    """A candidate that cannot be built for a surface, and why."""
+    """A candidate, by its title, that cannot be built for a surface, and why."""
 
     surface: str
     method: str
-    label: str
+    title: str
     reason: str
-
-    @property
-    def title(self) -> str:
-        """The method and what is particular about the candidate."""
-        return f"{self.method} {self.label}".strip()
 
 
 @dataclass(frozen=True)

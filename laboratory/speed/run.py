@@ -65,7 +65,7 @@ def run(effort: Effort, shared: Path, progress: Progress = silent) -> BenchmarkR
             try:
                 rows.append(judge(candidate, surface, of_model[candidate.model], seconds_timed=effort.seconds_timed))
             except GratingError as error:
-                refused.append(Refusal(surface.name, candidate.method, candidate.label, str(error)))
+                refused.append(Refusal(surface.name, candidate.method, candidate.title, str(error)))
             progress(surface.name, (k + 1) / len(wanted))
     return BenchmarkResult(
         machine=on,

@@ -5,7 +5,9 @@ For each wavelength a parabola through the logarithms of the highest sample and 
 is exact for a Gaussian order. The period is then lambda / |u_peak|."""
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -16,6 +18,7 @@ from precompute.optics.coherence import THESIS_COHERENCE_M
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import Relief
 
+from . import plots
 from .response import WINDOW, FirstOrder, Plane, first_order_angle, response
 
 
@@ -119,3 +122,31 @@ def turned(height_map: HeightMap, azimuth_deg: int) -> HeightMap:
     quarters = (180 - azimuth_deg) // 90
     size = height_map.pixel_size_m if quarters % 2 == 0 else height_map.pixel_size_m[::-1]
     return replace(height_map, height_m=np.rot90(height_map.height_m, quarters), pixel_size_m=size)
+
+
+def plot(path: Path, evaluations: Sequence[Evaluation], title: str = "") -> None:
+    """Write a plot with one panel for each method: response, peaks, and the curve of the grating equation.
+
+    Raises GratingError if matplotlib is not installed."""
+    pyplot = plots.pyplot()
+    columns = min(4, len(evaluations))
+    rows = -(-len(evaluations) // columns)
+    size = (3.3 * columns + 0.6, 2.9 * rows + 0.5)
+    figure, panels = pyplot.subplots(rows, columns, figsize=size, sharey=True, squeeze=False, layout="constrained")
+    for panel in panels.flat[len(evaluations) :]:
+        panel.set_axis_off()
+    for panel, one in zip(panels.flat, evaluations, strict=False):
+        nm = one.lambdas_m * 1e9
+        # The square root shows faint flanks. Each panel has its own brightness scale.
+        panel.pcolormesh(nm, np.degrees(one.plane.theta_v), np.sqrt(one.response).T, rasterized=True, cmap="viridis")
+        panel.plot(nm, np.degrees(one.peak_angles), "r-", linewidth=2, label="peaks")
+        panel.plot(nm, np.degrees(one.expected_angles), "w--", linewidth=1, label="grating equation")
+        told = one.as_dict()
+        mean, variance = told["period_mean_nm"], told["period_variance_nm"]
+        panel.set_title(f"{one.name}: {mean:.2f} nm, variance {variance:.3g}", fontsize=9)
+    panels[0, 0].legend(loc="lower right", fontsize=8, facecolor="0.5")
+    figure.supxlabel("wavelength, nm", fontsize=9)
+    figure.supylabel("viewing angle, degrees", fontsize=9)
+    figure.suptitle(title, fontsize=10)
+    figure.savefig(path, dpi=80)
+    pyplot.close(figure)

@@ -11,9 +11,8 @@ from precompute.cli.printing import Progress, emit
 
 from ..speed import page
 from ..speed import run as benchmark
-from ..speed.pictures import PAGE, write_picture
+from ..speed.page import PAGE, summary, write_picture
 from ..speed.surfaces import FULL, QUICK, SHARED
-from ..speed.tables import summary
 from ..study import plots
 
 

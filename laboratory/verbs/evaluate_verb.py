@@ -27,7 +27,7 @@ from precompute.optics.coherence import THESIS_COHERENCE_M
 from precompute.surface.quality import grating_period
 from precompute.surface.relief import prepare
 
-from ..study import evaluation, evaluation_plot, plots
+from ..study import evaluation, plots
 from ..study.colour_comparison import ColourComparison, compare_bake
 from ..study.response import FirstOrder
 from ..study.traits import DEFAULT_METHODS, TRAITS
@@ -138,7 +138,7 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.output is not None and plotted:
         arguments.output.parent.mkdir(parents=True, exist_ok=True)
         title = f"{arguments.file}, light at {arguments.theta_i:g} degrees"
-        write_whole(arguments.output, lambda path: evaluation_plot.plot(path, plotted, title))
+        write_whole(arguments.output, lambda path: evaluation.plot(path, plotted, title))
         report.files.append(str(arguments.output))
     emit(report.as_dict(), arguments.json, report.table)
 

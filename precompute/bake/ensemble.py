@@ -149,12 +149,11 @@ def plan(
     request: BakeRequest = ANY,
     *,
     progress: Progress = silent,
-    finer: float = 1.0,
 ) -> Plan:
     """Choose kernel, texels and terms for reliefs and a request.
 
-    If the request leaves the coherence length open, the kernel is widened until the table fits DEFAULT_BYTES. The table
-    has `finer` times as many texels as the probe finds necessary. `progress` is called after each transform.
+    If the request leaves the coherence length open, the kernel is widened until the table fits DEFAULT_BYTES.
+    `progress` is called after each transform.
 
     Raises GratingError if the requested coherence length needs a finer table than RESOLUTION_MAX allows, for a request
     with a patch, and for a spread of the directions of a surface that wraps or of a profile."""
@@ -178,7 +177,7 @@ def plan(
     lambdas = wavelengths_of(sigma_b, request)
     measured = probe(ensemble, sigma_b, lambdas[::2], request=request)
     terms = measured.terms(delta_e)
-    texels = min(finer * measured.texels_per_sigma(delta_e), TEXELS_MAX)
+    texels = min(measured.texels_per_sigma(delta_e), TEXELS_MAX)
     resolution = resolution_for(sigma_b, texels)
     if asked_m is None:
         finest = int(_finest(terms, texels, math.ceil(resolution / plate_ior)) * plate_ior) // 2 * 2

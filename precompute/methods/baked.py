@@ -39,12 +39,7 @@ class Baked(Method):
 def build(relief: Relief, settings: Settings) -> Baked:
     """Bake a relief and round its table to the half floats of the atlas, without measuring the error."""
     request = BakeRequest(coherence_length_m=settings.coherence_length_m, illuminant=settings.illuminant)
-    return stored(bake(relief, request), settings)
-
-
-def stored(table: Table, settings: Settings) -> Baked:
-    """Round a table to the half floats of its file."""
-    image, layout = atlas.pack(table)
+    image, layout = atlas.pack(bake(relief, request))
     return Baked(atlas.unpack(image, layout), settings, layout.width * layout.height * BYTES_PER_TEXEL)
 
 

@@ -39,7 +39,6 @@ _HELD: dict[str, Callable[[Skin], object]] = {
     "ng_wavelengths": lambda it: _wavelengths(),
     "ng_emission_sampling": lambda it: it.material,
     "ng_use_bump_map_correction": lambda it: it.material,
-    "ng_replaced_0": lambda it: it.plane,
     "ng_key_0_unlinked": lambda it: it.plane,
     "ng_fan": lambda it: it.diffraction_lamp.data,
 }
@@ -174,7 +173,7 @@ def lies() -> dict[str, Lie]:
             found[f"grating's {name} is {str(value)[:24]!r}"] = partial(_field, name, value)
     for text in _STEPS:
         found[f"a step is {text[:20]!r}"] = partial(_step, text)
-    for name in ("ng_frame.frame_map", "ng_replaced_0", "ng_keys", "ng_variation"):
+    for name in ("ng_frame.frame_map", "ng_keys", "ng_variation"):
         found[f"{name} leads to a lamp"] = partial(_pointer, name, lambda it: it.sun)
         found[f"{name} leads to a picture"] = partial(_pointer, name, lambda it: it.picture)
     for value in (-5, 10**6, 2**31 - 1):

@@ -61,7 +61,7 @@ def test_differences_are_over_the_mean():
 
 
 def test_without_the_processor_s_picture_there_is_no_difference(tmp_path):
-    job = Job("CUDA", [], (16, 8), samples=[1], frames=0, output=str(tmp_path), repeat=1)
+    job = Job("CUDA", [], (16, 8), samples=[1], output=str(tmp_path), repeat=1)
     file = file_of(tmp_path, "cd", "metal", 3)
     row = card._row({"file": str(file), "seconds": {"1": 0.5}}, job)
     assert "median" not in row and row["material"] == "metal" and row["lamps"] == 3

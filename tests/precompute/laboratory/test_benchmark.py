@@ -11,10 +11,10 @@ import pytest
 
 from laboratory.speed import page, run
 from laboratory.speed.candidates import _directions
+from laboratory.speed.page import number, summary
 from laboratory.speed.references import away_from_zero_order, ensemble_truths, exact_series
 from laboratory.speed.run import pareto
 from laboratory.speed.surfaces import QUICK, SKINS, middle, skin, surfaces
-from laboratory.speed.tables import number, summary
 from laboratory.verbs import PACKAGES
 from laboratory.verbs import benchmark_verb as verb
 from precompute.cli import parser

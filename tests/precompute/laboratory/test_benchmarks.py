@@ -17,9 +17,8 @@ from laboratory.benchmarks import __main__ as runner
 from laboratory.benchmarks import (
     evaluation,
     evaluation_maps,
+    evaluation_page,
     evaluation_rows,
-    evaluation_sheets,
-    evaluation_surfaces,
     report,
 )
 from laboratory.speed.surfaces import SKINS
@@ -49,25 +48,10 @@ def test_every_benchmark_is_found(capsys):
     assert "no such benchmark" in capsys.readouterr().err
 
 
-def test_without_a_name_each_benchmark_has_its_own_process(monkeypatch, capsys):
-    """Blender reads BLENDER_USER_RESOURCES only once, and each benchmark has its own user folder."""
-    started = []
-
-    def run(command, **_):
-        started.append(command)
-        return subprocess.CompletedProcess(command, 3 if command[-1] == "second" else 0)
-
-    monkeypatch.setattr(runner, "found", lambda: dict.fromkeys(("first", "second", "third"), pytest.fail))
-    monkeypatch.setattr(subprocess, "run", run)
-    assert runner.main([]) == 3
-    assert started == [[sys.executable, "-m", "laboratory.benchmarks", name] for name in ("first", "second", "third")]
-    assert capsys.readouterr().out == "first:\nsecond:\nthird:\n"
-
-
 def test_maps_have_their_own_names():
     maps = [one for group in evaluation_maps.groups().values() for one in group]
     assert len({one.name for one in maps}) == len(maps)
-    surfaces = evaluation_surfaces.height_maps(Path("nowhere"))
+    surfaces = evaluation_maps.height_maps(Path("nowhere"))
     cuts = {f"{name}, cut" for name in SKINS}
     assert {one.surface for one in maps} <= set(surfaces) | cuts
     assert {one.method for one in maps} <= set(evaluation.MAP_METHODS)
@@ -77,7 +61,7 @@ def test_maps_have_their_own_names():
 
 def test_the_thesis_s_cut_is_raw():
     height = np.random.default_rng(2).random((7, 9)) * 1e-7
-    relief = evaluation_surfaces.as_the_thesis_cuts(HeightMap(height, (50e-9, 50e-9), "test"))
+    relief = evaluation_maps.as_the_thesis_cuts(HeightMap(height, (50e-9, 50e-9), "test"))
     assert not relief.periodic
     assert (relief.apodisation == 1).all()
     # Row 0 of the relief is the bottom of the scan; the corner moves to the middle, and the mean is zero.
@@ -87,10 +71,10 @@ def test_the_thesis_s_cut_is_raw():
 
 def test_taylor_about_the_mean_converges_to_the_phasor():
     height = np.random.default_rng(3).random((24, 24)) * 3e-7
-    relief = evaluation_surfaces.as_the_thesis_cuts(HeightMap(height, (50e-9, 50e-9), "test"))
+    relief = evaluation_maps.as_the_thesis_cuts(HeightMap(height, (50e-9, 50e-9), "test"))
     u, v, w = np.linspace(-0.5, 0.5, 7), np.zeros(7), np.full(7, 1.9)
     settings = Settings(coherence_length_m=1e-6, terms=30, dtype=np.float64)
-    taylor = evaluation_surfaces.flss_about_mean(relief, settings)
+    taylor = evaluation_maps.flss_about_mean(relief, settings)
     chebyshev = METHODS["chebyshev"](relief, replace(settings, terms=None, tolerance=1e-9))
     found, expected = (method.density(u, v, w, wavelength_m=500e-9) for method in (taylor, chebyshev))
     # z = 2 pi 1.9 / 500 nm * 150 nm = 3.6, and 3.6^30 / 30! = 2e-16: only Chebyshev's tolerance is left.
@@ -100,21 +84,21 @@ def test_taylor_about_the_mean_converges_to_the_phasor():
 def test_agreement_is_that_of_ranks():
     ours = np.random.default_rng(4).integers(0, 256, (64, 64, 3)).astype(np.uint8)
     darker = (ours.astype(float) ** 2 / 600).astype(float)
-    assert evaluation_sheets.agreement(ours, darker) == pytest.approx([1, 1, 1])
-    assert evaluation_sheets.agreement(ours, 255.0 - ours) == pytest.approx([-1, -1, -1])
+    assert evaluation_page.agreement(ours, darker) == pytest.approx([1, 1, 1])
+    assert evaluation_page.agreement(ours, 255.0 - ours) == pytest.approx([-1, -1, -1])
     # For some 1450 independent pixels the correlation is 0 +- 0.026; the test allows five times that.
-    assert np.abs(evaluation_sheets.agreement(ours, ours[::-1, ::-1])).max() < 0.13
+    assert np.abs(evaluation_page.agreement(ours, ours[::-1, ::-1])).max() < 0.13
     right = ours.copy()
     right[:, 32:] = 0
-    assert evaluation_sheets.agreement(right, ours) == pytest.approx([1, 1, 1])
-    assert evaluation_sheets.ranks(np.array([5, 1, 5, 9])).tolist() == [2.5, 1, 2.5, 4]
+    assert evaluation_page.agreement(right, ours) == pytest.approx([1, 1, 1])
+    assert evaluation_page.ranks(np.array([5, 1, 5, 9])).tolist() == [2.5, 1, 2.5, 4]
 
 
 def test_the_thesis_s_cut_gives_its_period_of_elaphe(shared_data):
     """The thesis has 1144.262 nm with a variance of 0.401 from 81 wavelengths; here there are nine. Half a nanometre is
     less than the standard deviation, and the next stripe is 30 nm away."""
-    surface = evaluation_surfaces.height_maps(shared_data)["elaphe"]
-    relief = evaluation_surfaces.as_the_thesis_cuts(turned(surface, 0))
+    surface = evaluation_maps.height_maps(shared_data)["elaphe"]
+    relief = evaluation_maps.as_the_thesis_cuts(turned(surface, 0))
     period_m = evaluation_rows.THESIS_PERIODS_M["elaphe"]
     first_order = FirstOrder(evaluation_rows.THETA_I, period_m, wavelengths(50e-9), np.radians(0.04))
     found = evaluate_method("chebyshev", relief, thesis_settings(), first_order=first_order)
@@ -124,14 +108,14 @@ def test_the_thesis_s_cut_gives_its_period_of_elaphe(shared_data):
 def test_the_map_of_xenopeltis_is_the_thesis_s(shared_data):
     """At 64 pixels and ten wavelengths. A half turn of the map keeps its orders but moves its speckle and swaps its two
     unlike fans. If the map did not match the thesis's, both agreements would be equal."""
-    surface = evaluation_surfaces.height_maps(shared_data)["xenopeltis"]
-    relief = evaluation_surfaces.as_the_thesis_cuts(surface)
+    surface = evaluation_maps.height_maps(shared_data)["xenopeltis"]
+    relief = evaluation_maps.as_the_thesis_cuts(surface)
     method = METHODS["chebyshev"](relief, Settings(step_m=40e-9))
     ours = brdf_map.picture(brdf_map.from_method(method, 64, brdf_map.light_from(0)))
     path = shared_data / "thesis_figures" / "brdfmap__flss_gratings__xeno.png"
-    theirs = np.asarray(evaluation_sheets.disc(path, 64))
-    upright = evaluation_sheets.agreement(ours, theirs)
-    turned_round = evaluation_sheets.agreement(ours[::-1, ::-1], theirs)
+    theirs = np.asarray(evaluation_page.disc(path, 64))
+    upright = evaluation_page.agreement(ours, theirs)
+    turned_round = evaluation_page.agreement(ours[::-1, ::-1], theirs)
     assert min(np.subtract(upright, turned_round)) > 0.1
 
 

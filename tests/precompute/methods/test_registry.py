@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from laboratory.speed.candidates import trials
 from laboratory.speed.surfaces import FULL
-from laboratory.speed.trials import trials
 from laboratory.study.traits import DEFAULT_METHODS, TRAITS
 from precompute.base.failure import GratingError
 from precompute.methods import method_registry
