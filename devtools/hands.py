@@ -22,6 +22,8 @@ _ROW = 14  # pixels; a button is 20 high
 
 # The row where each button was found last, by its command.
 _rows: dict[str, int] = {}
+# The lines of walk.md so far.
+_lines: list[str] = []
 
 Steps = Iterator[float]
 
@@ -145,6 +147,15 @@ def save_screen(screen: Path, picture: Path) -> None:
     header = struct.pack(">2I5B", width, height, 8, 2, 0, 0, 0)  # 8 bits, RGB
     chunks = ((b"IHDR", header), (b"IDAT", zlib.compress(rows.tobytes())), (b"IEND", b""))
     picture.write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(_chunk(*each) for each in chunks))
+
+
+def take_picture(screen: Path, folder: Path, name: str, text: str) -> None:
+    """Save a picture of the screen as the next file of the folder, and a line about it in the folder's walk.md."""
+    file = f"{len(_lines) + 1:02}_{name}.png"
+    save_screen(screen, folder / file)
+    _lines.append(f"- `{file}`{text}\n")
+    (folder / "walk.md").write_text("".join(_lines))
+    print(f"[walk] {file}", flush=True)
 
 
 def _chunk(kind: bytes, data: bytes) -> bytes:
