@@ -119,7 +119,7 @@ def discs_and_foils() -> Steps:
 def sticker() -> Steps:
     """A sticker with an own picture on the default cube."""
     yield from begin()
-    yield from press("bpy.ops.grating.add_sticker", across=0.8)
+    yield from press("bpy.ops.grating.add_sticker(...from_picture=True")
     act()  # a double click on the file
     yield from choose_file(FOLDER, "logo.png")
     yield from press("bpy.ops.grating.light_rig")

@@ -62,7 +62,9 @@ def press_key(key: str, x: float, y: float, **modifiers: bool) -> Steps:
 
 
 def find_button(command: str, across: float = 0.3) -> Generator[float, None, tuple[float, float]]:
-    """Find the button that runs a command and return its position. `across` is the share of the sidebar's width."""
+    """Find the button that runs a command and return its position. The command's beginning will do, and a part of its
+    arguments after "...". `across` is the share of the sidebar's width."""
+    beginning, _, argument = command.partition("...")
     sidebar = view()[2]
     x = sidebar.x + sidebar.width * across
     # The panel's height changes little, so the search starts where the button was last time.
@@ -73,7 +75,8 @@ def find_button(command: str, across: float = 0.3) -> Generator[float, None, tup
         move(x, y)
         yield MOMENT
         yield from press_key("C", x, y, ctrl=True)
-        if bpy.context.window_manager.clipboard.startswith(command):
+        copied = bpy.context.window_manager.clipboard
+        if copied.startswith(beginning) and argument in copied:
             _rows[command] = y
             return x, y
     raise AssertionError(f"no button in the sidebar runs {command}")
