@@ -14,12 +14,11 @@ import bpy
 
 sys.path.append(str(Path(__file__).resolve().parents[1]))
 
-from devtools.hands import LONG, Steps, choose_file, play, press_button, press_in_view, save_screen, view
+from devtools.hands import LONG, Steps, choose_file, play, press_button, press_in_view, take_picture, view
 from devtools.hands import window as first_window
 
 FOLDER, SCREEN = (Path(argument) for argument in sys.argv[sys.argv.index("--") + 1 :])
 SECOND, RENDERED = 1.0, 12.0
-_lines: list[str] = []
 _acts = 0
 
 
@@ -31,11 +30,7 @@ def act(count: int = 1) -> None:
 
 def picture(name: str, text: str) -> None:
     """Save a picture of the screen, and a line with the acts of the station so far."""
-    file = f"{len(_lines) + 1:02}_{name}.png"
-    save_screen(SCREEN, FOLDER / file)
-    _lines.append(f"- `{file}`, {_acts} act{'s' * (_acts != 1)}: {text}")
-    (FOLDER / "walk.md").write_text("\n".join(_lines) + "\n")
-    print(f"[walk] {file}", flush=True)
+    take_picture(SCREEN, FOLDER, name, f", {_acts} act{'s' * (_acts != 1)}: {text}")
 
 
 def press(command: str, across: float = 0.3) -> Steps:
@@ -124,7 +119,7 @@ def discs_and_foils() -> Steps:
 def sticker() -> Steps:
     """A sticker with an own picture on the default cube."""
     yield from begin()
-    yield from press("bpy.ops.grating.add_sticker", across=0.8)
+    yield from press("bpy.ops.grating.add_sticker(...from_picture=True")
     act()  # a double click on the file
     yield from choose_file(FOLDER, "logo.png")
     yield from press("bpy.ops.grating.light_rig")

@@ -22,6 +22,8 @@ _ROW = 14  # pixels; a button is 20 high
 
 # The row where each button was found last, by its command.
 _rows: dict[str, int] = {}
+# The lines of walk.md so far.
+_lines: list[str] = []
 
 Steps = Iterator[float]
 
@@ -60,7 +62,9 @@ def press_key(key: str, x: float, y: float, **modifiers: bool) -> Steps:
 
 
 def find_button(command: str, across: float = 0.3) -> Generator[float, None, tuple[float, float]]:
-    """Find the button that runs a command and return its position. `across` is the share of the sidebar's width."""
+    """Find the button that runs a command and return its position. The command's beginning will do, and a part of its
+    arguments after "...". `across` is the share of the sidebar's width."""
+    beginning, _, argument = command.partition("...")
     sidebar = view()[2]
     x = sidebar.x + sidebar.width * across
     # The panel's height changes little, so the search starts where the button was last time.
@@ -71,7 +75,8 @@ def find_button(command: str, across: float = 0.3) -> Generator[float, None, tup
         move(x, y)
         yield MOMENT
         yield from press_key("C", x, y, ctrl=True)
-        if bpy.context.window_manager.clipboard.startswith(command):
+        copied = bpy.context.window_manager.clipboard
+        if copied.startswith(beginning) and argument in copied:
             _rows[command] = y
             return x, y
     raise AssertionError(f"no button in the sidebar runs {command}")
@@ -145,6 +150,15 @@ def save_screen(screen: Path, picture: Path) -> None:
     header = struct.pack(">2I5B", width, height, 8, 2, 0, 0, 0)  # 8 bits, RGB
     chunks = ((b"IHDR", header), (b"IDAT", zlib.compress(rows.tobytes())), (b"IEND", b""))
     picture.write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(_chunk(*each) for each in chunks))
+
+
+def take_picture(screen: Path, folder: Path, name: str, text: str) -> None:
+    """Save a picture of the screen as the next file of the folder, and a line about it in the folder's walk.md."""
+    file = f"{len(_lines) + 1:02}_{name}.png"
+    save_screen(screen, folder / file)
+    _lines.append(f"- `{file}`{text}\n")
+    (folder / "walk.md").write_text("".join(_lines))
+    print(f"[walk] {file}", flush=True)
 
 
 def _chunk(kind: bytes, data: bytes) -> bytes:

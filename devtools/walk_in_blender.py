@@ -24,8 +24,8 @@ from devtools.hands import (
     press_button,
     press_in_view,
     press_key,
-    save_screen,
     show_sidebar,
+    take_picture,
     view,
 )
 from devtools.hands import window as first_window
@@ -34,7 +34,6 @@ FOLDER, SCREEN = (Path(argument) for argument in sys.argv[sys.argv.index("--") +
 EXTENSION = "bl_ext.user_default.natural_gratings.addon"
 SECOND = 1.0
 RENDERED = 3.0  # for the viewport's samples, on two shared processors
-_stations: list[str] = []
 
 
 def part(name: str):
@@ -68,12 +67,7 @@ def diffracts(name: str) -> bool:
 
 def picture(name: str, text: str) -> None:
     """Save a picture of the screen and a line about it."""
-    number = len(_stations) + 1
-    file = f"{number:02}_{name}.png"
-    save_screen(SCREEN, FOLDER / file)
-    _stations.append(f"- `{file}`: {text}")
-    (FOLDER / "walk.md").write_text("\n".join(_stations) + "\n")
-    print(f"[walk] {file}", flush=True)
+    take_picture(SCREEN, FOLDER, name, f": {text}")
 
 
 def dismiss() -> Steps:

@@ -17,7 +17,7 @@ from ..gratings.material_look import BASE_COLOR, BASE_ROUGHNESS
 from ..gratings.wording import translated
 from ..lamps.follow import lamp_count
 from ..nodes.builder import Tree
-from ..nodes.interface import ROOM, arrange, constant_bytes
+from ..nodes.interface import GROUP_WIDTH, ROOM, arrange, constant_bytes
 from .group_properties import diffraction_groups, is_diffraction, lamps_in
 from .holograms.hologram_nodes import remove_hologram
 from .pictures import pictures_of
@@ -28,7 +28,7 @@ from .skin import SETTABLE, too_large
 _TOLD = {"emission_sampling": "NONE", "use_bump_map_correction": False}
 _BEFORE = "ng_"
 # How far a Material Output moves to make room for a Diffraction node, in node editor units.
-_STEP = 220
+_STEP = GROUP_WIDTH + 60
 # The label of Diffraction nodes in materials, saved in files.
 LABEL = "Diffraction"
 
@@ -95,7 +95,7 @@ def add_diffraction(material: bpy.types.Material, group: bpy.types.NodeTree) -> 
             continue
         surface = output.inputs["Surface"]
         node = loose.pop() if loose else tree.node("ShaderNodeGroup", node_tree=group, label=LABEL)
-        node.location = output.location
+        node.location, node.width = output.location, group.default_group_node_width
         output.location.x += _STEP
         if surface.is_linked:
             base = surface.links[0].from_socket

@@ -38,6 +38,7 @@ from ..gratings.grating import LAMPS_ONLY, REST, Variation
 from ..lamps.follow import coloured_lamps, followed_lamps, is_linked, lamp_count, left_out_count
 from ..lamps.sky import coloured_sources, source_count
 from ..nodes.interface import (
+    GROUP_WIDTH,
     ROOM,
     Socket,
     add_interface,
@@ -159,6 +160,7 @@ def group_around(name: str, response: Response, **settings: Any) -> bpy.types.No
     are some of group_properties.settings_of; by default it traces shadows and answers to lamps and worlds."""
     group = bpy.data.node_groups.new(f"Diffraction {name}", "ShaderNodeTree")
     add_interface(group, _INPUTS, _OUTPUTS)
+    group.default_group_node_width = GROUP_WIDTH
     note_settings(group, **{"lights": REST} | settings)
     _note_lights(group)
     fill_group(group, (response,), lamps_of_file(), sources=sources_of_file())

@@ -227,6 +227,7 @@ class Tree:
     ) -> dict[str, Value]:
         """Add a node of a group, with inputs by name. Return its outputs. Raises TypeError for an unknown input."""
         node = self.node("ShaderNodeGroup", node_tree=group, label=label)
+        node.width = group.default_group_node_width
         sockets = {socket.name: socket for socket in node.inputs}
         for name, value in (inputs or {}).items():
             if name not in sockets:

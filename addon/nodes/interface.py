@@ -121,6 +121,10 @@ def _add(group: bpy.types.NodeTree, in_out: str, socket: Socket) -> Any:
     return made
 
 
+# Widths of a group's node, which leave the inputs' names whole, and of a column: a Principled node is 240 wide.
+GROUP_WIDTH, _COLUMN = 200, 280
+
+
 def arrange(tree: bpy.types.NodeTree) -> None:
     """Place each node in a column to the right of all nodes that feed it.
 
@@ -136,7 +140,7 @@ def arrange(tree: bpy.types.NodeTree) -> None:
     for column in depth.values():
         row = filled.get(column, 0)
         filled[column] = row + 1
-        places += (column * 220, -row * 220)
+        places += (column * _COLUMN, -row * 220)
     tree.nodes.foreach_set("location", places)  # one by one, Blender would update the tree for each
 
 

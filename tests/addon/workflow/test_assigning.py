@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Assign, Add and Remove on artists' objects: shared materials, several slots, linked objects, curves."""
 
+from itertools import pairwise
+
 import bpy
 import pytest
 
@@ -26,6 +28,19 @@ def shows(material, addon) -> bool:
     nodes = addon.material.diffraction_nodes(material)
     ends = [link.to_node.type for node in nodes for link in node.outputs["Shader"].links if not node.mute]
     return "OUTPUT_MATERIAL" in ends
+
+
+def test_nodes_stand_beside_each_other(scene, grating, addon):
+    """And the Diffraction node is wide enough for the names of its inputs."""
+    plane = bpy.context.object
+    bpy.ops.grating.assign()
+    painted = paint("Paint", addon)
+    for material in (plane.active_material, painted):
+        plane.active_material = material
+        bpy.ops.grating.add_diffraction()
+        nodes = sorted(material.node_tree.nodes, key=lambda node: node.location.x)
+        assert [node.width for node in addon.material.diffraction_nodes(material)] == [200]
+        assert all(one.location.x + one.width < other.location.x for one, other in pairwise(nodes))
 
 
 def test_remove_leaves_what_shares_the_material(scene, grating, addon):
