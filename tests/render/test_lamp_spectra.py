@@ -53,7 +53,7 @@ def table_under(light):
 
 
 def request_for(light):
-    return BakeRequest(coherence_length_m=6e-6, illuminant=canonical(light), scans=(Scan("sample:blazed"),))
+    return BakeRequest(coherence_length_m=3e-6, illuminant=canonical(light), scans=(Scan("sample:blazed"),))
 
 
 def sun(stage, to, spectrum="", kelvins=0, energy=2.0):
@@ -227,9 +227,6 @@ def test_a_file_s_spectrum_has_a_row_of_its_own(stage, bakes, tmp_path):
 
 
 OPENED = """
-import sys
-import os
-import subprocess
 import sys
 
 import bpy
