@@ -30,7 +30,7 @@ from .ui import (
     direction_panel,
     facts,
     folds,
-    lamp_panel,
+    light_part,
     missing_packages,
     object_menu,
     panel,
@@ -111,7 +111,7 @@ CLASSES = (
     panel.MaterialPanel,
     panel.ShaderPanel,
     direction_panel.DirectionPanel,
-    lamp_panel.LampSpectrumPanel,
+    light_part.LampSpectrumPanel,
     panel.ReferencePanel,
 )
 

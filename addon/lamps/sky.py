@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sources of a scene's world, stored in properties of the scene and read by nodes
-(sky_nodes.py).
+"""The sources of a scene's world, stored in properties of the scene, and the nodes
+that read them.
 
 A source is a compact bright part of the world, such as the sun in a sky or a window in an HDRI. The surface treats it
 as a sun. The properties of source `i` are named `ng_world_<i>_<what>` and have no drivers. When the world changes, the
@@ -34,6 +34,8 @@ from mathutils import Vector
 
 from ..blender import compat, stored
 from ..blender.working_space import working_space
+from ..nodes.builder import Tree
+from .lamp_group import FAR, Light, read_number, read_property
 
 if TYPE_CHECKING:
     from ...precompute.world_sources.sources import Source
@@ -254,3 +256,13 @@ def add_sky_sun(scene: bpy.types.Scene, sky: bpy.types.ShaderNodeTexSky, source:
     sun.rotation_euler = Vector(source.direction.tolist()).to_track_quat("Z", "Y").to_euler()
     sky.sun_disc = False
     return sun
+
+
+def source_light(tree: Tree, index: int, *, coloured: bool = False) -> Light:
+    """Add nodes that read the world's source `index`. All values are 0 if it does not exist. `coloured`: it may be of
+    another spectrum than white."""
+    (direction, disc), (irradiance, shadow) = (
+        read_property(tree, source_name(index, what)) for what in ("place", "power")
+    )
+    row = read_number(tree, source_name(index, SPECTRUM)) if coloured else None
+    return Light(direction, irradiance, tree.maximum(-1.0 - disc, 0.0), FAR, shadow, spectrum=row)

@@ -61,9 +61,15 @@ import bpy
 from ..direction.tangent_frame import frame_nodes
 from ..gratings.grating import ALL, LAMPS_ONLY, REST, Variation
 from ..lamps.find import LAMPS_MAX
-from ..lamps.lamp_group import Light, drive_by_scene, lamp_and_point_group, lamp_group, light_of, read_number
-from ..lamps.sky import REST_SPECTRUM
-from ..lamps.sky_nodes import source_light
+from ..lamps.lamp_group import (
+    Light,
+    drive_by_scene,
+    lamp_and_point_group,
+    lamp_group,
+    light_of,
+    read_number,
+)
+from ..lamps.sky import REST_SPECTRUM, source_light
 from ..nodes.builder import Operand, Tree, Value
 from ..nodes.interface import Socket
 from .group_properties import (

@@ -1,7 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The panel's step Light: the lamps and the world that light the grating."""
+"""The panel's step Light: the lamps and the world that light the grating; and the panel of a lamp's own spectrum, among
+the settings of the lamp."""
+
+import bpy
 
 from ..blender import compat
+from ..blender.guard import guarded_draw
 from ..gratings.grating import ALL, DAYLIGHT, LAMPS_ONLY, LIGHTS, REST
 from ..gratings.wording import in_words, marked, translated
 from ..lamps.lamp_spectrum import SHOWN, fault_of
@@ -128,3 +132,26 @@ def _draw_world(column, context, scene: SceneFacts) -> None:
         if (failure := last_failure(context.scene)) is not None:
             draw_note(column, context, in_words(failure), icon="ERROR")
         column.operator(FitWorld.bl_idname, icon="FILE_REFRESH")
+
+
+class LampSpectrumPanel(bpy.types.Panel):
+    """A lamp's spectrum, which gratings split into colours"""
+
+    bl_idname = "GRATING_PT_lamp_spectrum"
+    bl_label = "Diffraction Spectrum"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "data"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context):
+        return getattr(context, "light", None) is not None
+
+    @guarded_draw
+    def draw(self, context):
+        light = getattr(context, "light", None)
+        if light is None:  # Blender draws once more after the last lamp was deleted
+            return
+        draw_spectrum(self.layout, light)
+        draw_fault(self.layout, context, light)

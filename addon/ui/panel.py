@@ -15,9 +15,9 @@ from ..operators.assign import AdoptMaterials
 from ..operators.bake import NewOslReference
 from ..operators.import_files import ImportHeightMap, LoadBake
 from ..operators.light import AddLightRig
+from ..operators.make_assets import MakeAssets, RemoveAssets
 from ..operators.shared import draw_progress, running_bake, selected_meshes
 from ..operators.why_black import WhyBlack
-from .asset_row import draw_assets
 from .facts import DONE, LIGHT, LOOK, QUALITY, SURFACE, Next, SceneFacts, facts_of, next_step, state_of
 from .folds import PRESETS, fold_of, folds
 from .light_part import draw_light, draw_warnings
@@ -295,3 +295,18 @@ def _period(grating) -> str:
             numbers = {"period": f"{period_nm:.0f}", "lines": f"{1e6 / period_nm:.0f}"}
             return translated("{period} nm, {lines} lines/mm", **numbers)
     return ""
+
+
+def draw_assets(layout) -> None:
+    """Draw the button that writes the presets' asset library, or how far it is, and the button that removes it."""
+    if MakeAssets.job is not None:
+        draw_progress(layout, MakeAssets)
+        return
+    from ..assets.library import is_listed
+
+    row = layout.row(align=True)
+    if is_listed():
+        row.operator(MakeAssets.bl_idname, text="Update in Asset Browser", icon="ASSET_MANAGER")
+        row.operator(RemoveAssets.bl_idname, text="", icon="TRASH")
+    else:
+        row.operator(MakeAssets.bl_idname, icon="ASSET_MANAGER")

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...precompute.base.failure import GratingError, printable
 from ..blender import compat
-from ..direction.uv_aspect import uv_aspect
+from ..direction.uv_maps import uv_aspect
 from ..gratings.bakes import noted_region
 from ..gratings.direction_source import KINDS, STORED, UV_MAP
 from ..gratings.grating import Grating, active_grating

@@ -208,9 +208,9 @@ def test_the_command_writes_a_library(addon, scene, tmp_path, capsys):
 
 def test_the_panel_offers_the_library(addon, scene, library, monkeypatch):
     layout = Layout()
-    addon.asset_row.draw_assets(layout)
+    addon.panel.draw_assets(layout)
     assert layout.operators == ["grating.make_assets"]
     monkeypatch.setattr(addon.library, "library_folder", lambda: library)
     layout = Layout()
-    addon.asset_row.draw_assets(layout)
+    addon.panel.draw_assets(layout)
     assert layout.operators == ["grating.make_assets", "grating.remove_assets"]

@@ -104,7 +104,7 @@ def test_a_wrong_text_is_told_and_changes_nothing(addon, scene, lamp, text):
     assert followed(addon, scene) is None
     layout = Layout(folded=False)
     context = SimpleNamespace(light=lamp.data, **vars(context_of()))
-    addon.lamp_panel.LampSpectrumPanel.draw(SimpleNamespace(layout=layout), context)
+    addon.light_part.LampSpectrumPanel.draw(SimpleNamespace(layout=layout), context)
     assert text in layout.noted("ERROR").replace(" ", "") or text in layout.noted("ERROR")
 
 

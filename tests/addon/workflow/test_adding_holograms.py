@@ -209,7 +209,7 @@ def test_cells_are_square_on_a_card(assigned, addon, add):
 
 def test_the_aspect_of_maps(scene, addon):
     plane = bpy.context.object
-    aspect = addon.uv_aspect.uv_aspect
+    aspect = addon.uv_maps.uv_aspect
     uv = plane.data.uv_layers[0].uv
     for corner in uv:
         corner.vector = (corner.vector[1] * 0.5, -corner.vector[0])
