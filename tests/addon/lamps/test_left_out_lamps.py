@@ -121,14 +121,6 @@ def test_a_ninth_lamp_cannot_be_kept_in(lit, ranked, eight_lamps):
     assert dim.natural_gratings_counts == "AUTO" and "Dim" not in ranked()
 
 
-@pytest.mark.parametrize("value", ["nonsense", 7, [1.0, 2.0], {"a": 1}])
-def test_a_value_that_is_no_choice_counts_as_none(addon, lit, followed, value):
-    (lamp,) = equal_lamps(lit, 1)
-    lamp["natural_gratings_counts"] = value
-    addon.lighting.update_lamps(lit)
-    assert followed() == (["L0"], [])
-
-
 def test_undo_and_redo(addon, lit, followed):
     equal_lamps(lit, 2)
     addon.lighting.update_lamps(lit)
