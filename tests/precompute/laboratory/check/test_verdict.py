@@ -57,7 +57,7 @@ def test_a_bake_passes(run, baked, scan):
     assert (
         len(out.splitlines()) == 6
         and "under other lamps (mean dE00, 95th percentile): " in out
-        and "a space lacks: Rec.709" in out
+        and "shown greyer: Rec.709" in out
         and "dE00 mean" in out
         and "|dY|" in out
         and "large lamps: dE00 p99" in out
