@@ -65,7 +65,7 @@ def test_the_coarsest_table_that_resolves_the_kernel(sigma_b, texels):
 
 @pytest.mark.parametrize("delta_e", [3.0, 1.0])
 def test_a_coherence_that_no_table_holds_is_refused_and_what_is_recommended_is_taken(delta_e):
-    with pytest.raises(GratingError, match="coherence of 2e[+]03 um: finer .*; ask for at most") as caught:
+    with pytest.raises(GratingError, match="coherence of 2e[+]03 um: too fine for .*; ask for at most") as caught:
         plan(waves(), BakeRequest(delta_e=delta_e, coherence_length_m=2e-3))
     recommended = float(str(caught.value).split("at most ")[1].split()[0])
     assert plan(

@@ -91,7 +91,7 @@ def test_spreading_reports_its_progress():
 
 
 def test_what_has_no_directions_is_refused():
-    told = "edges do not wrap has directions to spread; leave --spread-deg out"
+    told = "edges wrap, or a profile, has only one direction; leave --spread-deg out"
     with pytest.raises(GratingError, match=told):
         ensemble.plan([scan(periodic=True)], BakeRequest(spread_deg=2.0))
     profile = prepare(HeightMap(np.sin(np.arange(500.0))[None] * 1e-8, (PIXEL, PIXEL), "profile"))
