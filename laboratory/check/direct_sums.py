@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Computes the ensemble model's radiance by direct sums, a second way to precompute/reference, for `check` only.
+"""The checks' truth: the ensemble model's radiance by direct sums, also under the wider kernels of the blur levels.
 
 This file shares no code with the reference or the bake, except the relief (levelled, filled, refined and apodised) and
-the observer's tables. The spectra of the relief are sums over every pixel (table_file.py).
-
-Measures a bake under wider kernels, which large lamps and rough surfaces read from its blur levels."""
+the observer's tables. The spectra of the relief are sums over every pixel (table_file.py). Large lamps and rough
+surfaces read the blur levels, so a bake is measured under their kernels too."""
 
 import math
 from collections.abc import Sequence

@@ -1,10 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reads a bake's file independently of the code that packs and reads tables elsewhere.
+"""Reads a bake's file, and sums the spectrum of its relief, without the code that makes, packs and reads tables.
 
-Computes a relief's scattered spectrum in cells of frequency by direct sums, and spreads its light by a kernel.
-
-There is no FFT and no expansion: the apodised phasor without its mean is summed against cosines and sines over every
-pixel, at a list of frequencies.
+The spectrum is summed in cells of frequency, without an FFT or an expansion: the apodised phasor without its mean is
+summed against cosines and sines over every pixel, at a list of frequencies.
 
 A surface that wraps has orders at whole multiples of 1 / length, and no light at other frequencies. The spectrum of a
 surface that does not wrap is continuous. It is sampled at multiples of 1 / (length + PAD / (2 pi sigma_q)), where
@@ -17,13 +15,12 @@ scan barely overlaps itself, gets a weight of exp(-PAD^2 / 2) from a repetition,
 The sums are in single precision. Each rounding is 6e-8 of its number. So the cells share about 1e-14 of the light that
 belongs elsewhere.
 
-Finds the tiles of a bake's blur levels in its picture, independently of the code that packs them.
-
-With r = 1 / sqrt(ratio), each level but the first has texels `coarser` / r^l times as large as the first level's. The
-tiles of a term stand side by side on two shelves. Tile l begins at the rounded-down place A + A (r + r^2 + ... +
-r^(l-1)) / coarser + 6 l + phase, where A is the number of inner columns less 1; the first begins at 0. The phase makes
-the fractions of these places as far from 0 as possible. The upper shelf begins above the first tile or above the
-second. This, and the number of tiles on the lower shelf, are chosen so that the cell is smallest."""
+The tiles of the blur levels are found in the picture by a rule of their own. With r = 1 / sqrt(ratio), each level but
+the first has texels `coarser` / r^l times as large as the first level's. The tiles of a term stand side by side on two
+shelves. Tile l begins at the rounded-down place A + A (r + r^2 + ... + r^(l-1)) / coarser + 6 l + phase, where A is the
+number of inner columns less 1; the first begins at 0. The phase makes the fractions of these places as far from 0 as
+possible. The upper shelf begins above the first tile or above the second. This, and the number of tiles on the lower
+shelf, are chosen so that the cell is smallest."""
 
 import math
 from dataclasses import dataclass, replace

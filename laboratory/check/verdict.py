@@ -1,13 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measures a bake's error again, from its file and the height maps only.
+"""Measures a bake's errors again, from its file and the height maps only.
 
-The table is read by table_file.py and compared with the sums of direct_sums.py. The check shares no code with baking,
+They are the errors of its colours, of its zero order, and of its colours under the lamps that its header states. The
+table is read by table_file.py and compared with the sums of direct_sums.py. The check shares no code with baking,
 packing or reading a bake. It shares the error metrics and the direction pairs (precompute/measure), the observer's
-tables, the mapping of colours into a renderer's space, and the levelled relief that counts as the surface.
-
-Measures a bake's colours under lamps of other spectra, whose errors its header states.
-
-Compares a bake's zero order with direct sums."""
+tables, the mapping of colours into a renderer's space, and the levelled relief that counts as the surface."""
 
 import hashlib
 import time

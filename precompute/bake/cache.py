@@ -1,10 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A cache of bakes, so that the same surface is baked only once, even by two processes or two machines at a time.
 
-The key of a bake is a hash of everything that its result depends on. base/shared_folder.py tells what is done about a
-folder that several machines share.
-
-The folder of the cache of bakes:
+The key of a bake is a hash of everything that its result depends on. Several machines may share the cache's folder
+(base/shared_folder.py). It holds
 
     entries/KEY/record.json   all that the bake depends on, its facts, and size and SHA-256 of each of its files; its
                               modification time is the time of last use, by the clock of the file server
@@ -14,9 +12,7 @@ The folder of the cache of bakes:
 
 An entry is used only if its record is valid, each copied file matches the record, and what the files say of themselves
 is of this key. So a process may read an entry without the lock: if another process removes the entry meanwhile, the
-bake is only made again. The first complete entry of a key stays, and whoever comes second uses that entry too.
-
-The entries of the cache of bakes as a user sees them, and a check of their files."""
+bake is only made again. The first complete entry of a key stays, and whoever comes second uses that entry too."""
 
 import contextlib
 import hashlib
@@ -312,7 +308,7 @@ def remove_folder(folder: Path) -> None:
     shutil.rmtree(folder, ignore_errors=True)
 
 
-# Part of every key. Raise it with every change of the bake's results that leaves atlas_file.FORMAT unchanged. Older
+# Part of every key. Raise it with every change of the bake's results that leaves atlas.FORMAT unchanged. Older
 # entries are then never used again, and the eviction removes them in time.
 BAKE_VERSION = 17
 # The environment variables that set the cache's folder, its limits of size in MiB and of unused days, and whether bakes

@@ -1,15 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Bakes under the ensemble model of coherence: the mean over all places of the coherence window.
 
-Kernel, wavelengths, texels and terms are chosen so that the given surface keeps the requested colour error.
-
-Makes the tiles of a plan's table.
-
-For each wavelength, the spectrum at each node of w is blurred by the kernel and resampled onto (u, v). The kernel is a
-product of factors along u and v with a fixed size in (u, v), so this takes two products with banded matrices. Between
-wavelengths only the bins' places in (u, v) change. The results are weighted by the observer and summed over the
-wavelengths. A cosine transform over the nodes of w then gives the terms B_k. Several scans of one skin are averaged,
-which is exact because every step is linear in the spectrum."""
+`plan` chooses kernel, wavelengths, texels and terms so that the given surface keeps the requested colour error. Then
+the tiles of the plan's table are made. For each wavelength, the spectrum at each node of w is blurred by the kernel and
+resampled onto (u, v). The kernel is a product of factors along u and v with a fixed size in (u, v), so this takes two
+products with banded matrices. Between wavelengths only the bins' places in (u, v) change. The results are weighted by
+the observer and summed over the wavelengths. A cosine transform over the nodes of w then gives the terms B_k. Several
+scans of one skin are averaged, which is exact because every step is linear in the spectrum."""
 
 import math
 from collections.abc import Sequence

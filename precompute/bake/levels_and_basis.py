@@ -1,21 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes a table's wider blur levels, each from a finer copy of the level before by a blur and fewer texels.
+"""Makes a table's wider blur levels, and reduces its Chebyshev polynomials in w to fewer functions.
 
-The step between texels grows by a factor that is no integer in general, and the blur is narrower than a texel of the
-finer level. A Gaussian sampled so coarsely is no longer a Gaussian. Therefore the samples are first interpolated to a
-smooth function of all their frequencies, and this function is blurred.
+Each level is made from a finer copy of the level before, by a blur and fewer texels. The step between texels grows by a
+factor that is no integer in general, and the blur is narrower than a texel of the finer level. A Gaussian sampled so
+coarsely is no longer a Gaussian. Therefore the samples are first interpolated to a smooth function of all their
+frequencies, and this function is blurred.
 
 Texels that just resolve their kernel repeat a few percent of its spectrum. If each level came from the texels of the
 level before, these errors would add up: at level 14 of the scan of Elaphe the dE00's p99 would be 1.8 instead of 1.0.
 
-Learns a table's functions of w from the table.
-
-plan.py chooses the number of Chebyshev terms that a bake starts with. make.py accepts the fewest learnt
-functions that keep the colour error.
-
-The scattered light depends on w by a few shapes that recur at all places (u, v). The singular vectors of the table are
-these shapes, strongest first. They are fewer than Chebyshev polynomials of equal error, and a renderer reads one tile
-for each.
+The functions of w are learnt from the table. plan.py chooses the number of Chebyshev terms that a bake starts with, and
+make.py accepts the fewest learnt functions that keep the colour error. The scattered light depends on w by a few shapes
+that recur at all places (u, v). The singular vectors of the table are these shapes, strongest first. They are fewer
+than Chebyshev polynomials of equal error, and a renderer reads one tile for each.
 
 A place is weighted by the colour error it can cause. Lightness grows as the cube root of luminance Y, so an error dY is
 seen as Y^(-2/3) dY. Each w has equal weight relative to its light, because exposures show faint light too."""

@@ -1,13 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Makes a bake that keeps the requested colour error.
+"""Makes a bake that keeps the requested colour error, in memory (make) or in a folder (bake_to_folder).
 
-The bake is planned and made, and the error of its file's contents is measured. If the error is too large, the bake is
-made once more for a smaller error.
-
-The coherence models of a bake. Each is a module with the functions of CoherenceModel.
-
-Makes a bake and writes it into a folder, with its provenance in the header. The files appear complete or not at all
-(base/files.py)."""
+By one of two coherence models, the bake is planned and made, and the error of its file's contents is measured. If the
+error is too large, the bake is made once more for a smaller error. The files in a folder have the bake's provenance in
+their headers, and appear complete or not at all (base/files.py)."""
 
 import hashlib
 import math

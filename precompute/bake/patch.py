@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Bakes under the patch model of coherence (thesis 3.2): one window on one patch of the surface.
 
-The table is of the same kind as the ensemble model's. The window has a fixed size in metres (spectra/spectrum.py),
-so its kernel in (u, v) grows with the wavelength. The zero order interferes with the other light, so there is no
-product Z(w) kernel(u, v) to separate. Therefore Z is 0, and the table holds all of the light, divided by w^2. No
-polynomial follows this quotient down to w = 0, so the table begins at w = W_MIN. Below W_MIN the materials show black.
-The table has no sample set: it serves lamps only.
+The table is of the same kind as the ensemble model's. The window has a fixed size in metres (spectra/spectrum.py), so
+its kernel in (u, v) grows with the wavelength. The zero order interferes with the other light, so there is no product
+Z(w) kernel(u, v) to separate. Therefore Z is 0, and the table holds all of the light, divided by w^2. No polynomial
+follows this quotient down to w = 0, so the table begins at w = W_MIN. Below W_MIN the materials show black. The table
+has no sample set: it serves lamps only.
 
 The power spectrum |P|^2 is computed on a grid of frequencies 1.5 times as fine as the window's speckle. Between the
 grid's points it is read as by a non-uniform Fourier transform (A. Dutt and V. Rokhlin, Fast Fourier transforms for
@@ -13,8 +13,6 @@ nonequispaced data, 1993): the transform of |P|^2, which ends where the window's
 transform of a Gaussian. Gaussians about the grid's points, with the quotient's values, then sum to |P|^2. The ensemble
 model's Resampler makes such sums, so it serves here as well. As in the ensemble model, each Gaussian is narrowed by
 what the cubic reading of the table adds.
-
-The patch model's power spectrum at every s.
 
 sigma_s is the standard deviation of the window in metres, sigma_f = 1 / (2 pi sigma_s) that of its transform in cycles
 per metre (docs/theory.md, section "Coherence")."""
@@ -208,7 +206,7 @@ def plan(
 
 
 def carry_out(chosen: Plan, illuminant: str = "D65", progress: Progress = silent) -> Table:
-    """Like tiles.carry_out, without a zero order."""
+    """Like ensemble.carry_out, without a zero order."""
     nodes = chebyshev.nodes(chosen.terms, *chosen.w_range)
     at_nodes = channels_over_w2(
         chosen, nodes, narrower(chosen.sigma_b, chosen.texel), illuminant=illuminant, progress=progress

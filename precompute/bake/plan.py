@@ -1,28 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The plan of a bake: its spectra and its resolution.
+"""The plan of a bake: its kernel, wavelengths, terms in w and texels, and the memory and time that it will take.
 
 ensemble.py makes the plan (patch.py under the patch model), with the number of transforms in s from spectra/series.py.
 levels_and_basis.py may then combine its terms in w into fewer.
 
-The resolution of a table: its texels, and its bytes in Blender.
+The resolution that a surface needs for a colour error dE00 is measured: its terms in w, and its texels per kernel
+width. Bounds would cover the worst case: ideal line gratings, whose orders are as sharp as the kernel, and reliefs with
+as much light at full depth as elsewhere. Therefore terms and texels are measured, on about twenty small patches of
+(u, v). Some patches are where the light is. The others are near the zero order, where a deep relief's light changes
+fastest with w. The light of a patch is computed at random places in two ways and compared: as the exact sum over the
+bins, and as a reading, by cubic B-splines, of a small lattice of texels.
 
-The wavelengths that a bake sums, and how many they are.
-
-Estimates the memory and the time of a bake before its transforms begin.
-
-The constants were measured on two cores of a server, on pictures of 512 to 1024 pixels that are 40 to 200 um wide and
-0.3 to 5 um high. The estimated memory is 1.5 to 2.4 times the measured one. The time is right
-to a factor of two there, and scales with the speed of other machines.
-
-Measures the resolution that a surface's bake needs for a colour error dE00: terms in w, and texels per kernel width.
-
-Bounds would cover the worst case: ideal line gratings, whose orders are as sharp as the kernel, and reliefs with as
-much light at full depth as elsewhere. Therefore terms and texels are measured, on about twenty small patches of (u, v).
-Some patches are where the light is. The others are near the zero order, where a deep relief's light changes fastest
-with w. The light of a patch is computed at random places in two ways and compared: as the exact sum over the bins, and
-as a reading, by cubic B-splines, of a small lattice of texels.
-
-Chooses the kernel that a bake begins with, from the requested coherence, the scans' size and the scene's needs."""
+The constants of the estimates were measured on two cores of a server, on pictures of 512 to 1024 pixels that are 40 to
+200 um wide and 0.3 to 5 um high. The estimated memory is 1.5 to 2.4 times the measured one. The time is right to a
+factor of two there, and scales with the speed of other machines."""
 
 import math
 from collections.abc import Sequence
@@ -91,7 +82,7 @@ class Plan:
         return self.sigma_b / self.texel
 
 
-# The least and greatest number of texels a side of a whole table. plan.py refuses a finer table.
+# The least and greatest number of texels a side of a whole table. A plan with a finer table is refused.
 RESOLUTION_MIN, RESOLUTION_MAX = 64, 2048
 # The greatest number of bytes of a bake in Blender if no coherence length is requested.
 DEFAULT_BYTES = 128 << 20

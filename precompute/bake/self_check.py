@@ -11,14 +11,10 @@ Lamps of other spectra than the bake's light are measured on the same sums. Thei
 make.py compares the errors with the requested dE00. The verb `check` measures the same errors independently
 (laboratory/check).
 
-Measures the error of a table's wider blur levels, and of kernels between two levels.
-
-The self-check (self_check.py) sums the bins of the spectra, which would take too long under wide kernels. So the wider
+Under the kernels of the wider blur levels, and those between two levels, sums over the bins would take too long. These
 kernels are compared with the table of the first level, as it was before its functions of w were learnt and rounded. Its
 texels are samples of the light under a known Gaussian. Their sum under one more Gaussian is the light under the wider
-kernel. What this table itself is wrong by is in the errors of the first level, and is added by squares.
-
-The colours that a bake's table sends towards viewers, and what a renderer's space does to them."""
+kernel. What this table itself is wrong by is in the errors of the first level, and is added by squares."""
 
 import math
 from collections.abc import Callable, Iterator, Sequence

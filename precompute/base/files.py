@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Atomic file writing: a file appears complete or not at all, and other users cannot reach a partial file. And reading
-of untrusted files, up to a size."""
+"""Writes files atomically, and reads untrusted files up to a size.
+
+A written file appears complete or not at all, and other users cannot reach a partial file."""
 
 import contextlib
 import hashlib

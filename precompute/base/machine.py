@@ -1,10 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Free memory, and an error for work that would need too much of it.
+"""What the machine has: free memory, and the packages bundled with the extension (OpenEXR, Pillow and xatlas).
 
-Packages bundled with the extension: OpenEXR, Pillow and xatlas.
-
-`bundled` imports each only when it is needed, so the rest works without it. A package may be missing or broken: from
-another platform's zip, or built for a newer system."""
+Work that would need too much memory is refused. `bundled` imports a package only when it is needed, so the rest works
+without it. A package may be missing or broken: from another platform's zip, or built for a newer system."""
 
 import importlib
 import importlib.util

@@ -1,17 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Strict reader of JSON from untrusted files; invalid JSON gives a one-line error.
+"""Strict readers of JSON and zip archives from untrusted files, and failures as lines of JSON.
 
-It accepts at most LARGEST_BYTES, nesting up to DEEPEST, finite numbers, integers that double precision holds exactly,
-and objects without repeated keys.
+JSON may have at most LARGEST_BYTES, nesting up to DEEPEST, finite numbers, integers that double precision holds
+exactly, and no repeated keys. Invalid JSON gives a one-line error.
 
-Strict reader of zip archives from untrusted files.
-
-It accepts files that are stored or deflated, not encrypted, and exactly as long as the directory says. Faults raise
+An archive's files must be stored or deflated, not encrypted, and exactly as long as the directory says. Faults raise
 ValueError, and missing files KeyError; the caller adds the path and the remedy.
 
-A failure as a line of JSON: so a process tells it to the one that started it, which gets its fields again.
-
-The line is {"error": {"what": WHAT, "fault": FAULT, "remedy": [TEXT, {"setting": OPTION}, ...]}}."""
+By a line of JSON a process sends its failure to the process that started it. The line is {"error": {"what": WHAT,
+"fault": FAULT, "remedy": [TEXT, {"setting": OPTION}, ...]}}."""
 
 from __future__ import annotations
 

@@ -1,10 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Arguments that several verbs share.
+"""Arguments that several verbs share, and the types of their values for argparse.
 
-Option types for argparse: numbers in a range, and non-empty texts.
-
-Python parses `nan`, `1e-308`, `1_000` and the digits of every script as numbers. These types accept only plain decimal
-numbers, within the range that makes sense for the option."""
+Python parses `nan`, `1e-308`, `1_000` and the digits of every script as numbers. The types here accept only plain
+decimal numbers, within the range that makes sense for the option."""
 
 import argparse
 import contextlib

@@ -1,7 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`bake`: bakes height maps into the table that the material reads.
-
-The line of a verb's summary on a bake's colours under lamps of other spectra."""
+"""`bake`: bakes height maps into the table that the material reads."""
 
 import argparse
 from collections.abc import Mapping

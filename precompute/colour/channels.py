@@ -13,7 +13,7 @@ reflectances whose values are correlated over CORRELATION_NM (devtools/generate_
 singular vectors of the lamps' curves, in Rec.709 and weighted by this correlation. A lamp's matrix is the least squares
 of its curves under the same correlation. It holds a constant spectrum exactly.
 
-The table of lamps from which a material takes a lamp's matrix (channels.py), by one number: the lamp's row.
+A material takes a lamp's matrix from a table, by one number, the lamp's row:
 
     0                       white: D65
     BLACK_BODY              black bodies, at equal steps of a mired, 1e6 / kelvins
@@ -22,9 +22,7 @@ The table of lamps from which a material takes a lamp's matrix (channels.py), by
     last                    further lamps, such as files' spectra, in a given order
 
 A row holds a column for each channel, the linear RGB of the channel over that of the scene's lamp, and a last column:
-the share of each of these components in the luminance.
-
-The light of a bake that serves several lamps, and how far off a lamp's colours are under another bake."""
+the share of each of these components in the luminance."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -112,7 +110,7 @@ def lamp_matrix(illuminant: str, lamp: str) -> np.ndarray:
 
 def scene_matrix(space: str, illuminant: str, lamp: str) -> np.ndarray:
     """The matrix (3, channels) from a bake's channels to linear RGB of a space, over that of the scene's lamp
-    (working_space.lamp_rgb). The first illuminant counts as a white lamp."""
+    (spaces.lamp_rgb). The first illuminant counts as a white lamp."""
     if lamp == parts_of(illuminant)[0]:
         return rgb_from_xyz(space, lamp) @ lamp_matrix(illuminant, lamp)
     return rgb_over_lamp(space, lamp) @ lamp_matrix(illuminant, lamp)

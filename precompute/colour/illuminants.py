@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The light on a surface, each named by its canonical text:
+"""The spectra of lights, each named by its canonical text:
 
     D65, E           the two that a bake could have first; D65 is the default
     A, C, D50, FL11, LED-B1, HP1, ...      illuminants of the CIE (CIE 15:2018)
@@ -15,10 +15,8 @@ A text of several parts is for a scene with several lamps. Its white, and the fi
 D65's. cie_illuminants_5nm.csv holds the tables. `canonical` also takes the names of LAMPS, and capital or small
 letters; it adds a missing "D65+".
 
-Spectra of lamps: reads a file of wavelengths and powers, and writes the text under which a bake keeps it.
-
-The text is "380:0.2 385:1 ...": wavelengths in nanometres to seven digits, and powers to five, of which the greatest is
-1. It holds the points from 380 to 780 nm and the neighbour on each side, so it gives the same bake as the file."""
+The text of a file's spectrum has wavelengths to seven digits and powers to five. It holds the points from 380 to 780 nm
+and the neighbour on each side, so it gives the same bake as the file."""
 
 import difflib
 import itertools

@@ -6,9 +6,7 @@ observer and of D65, and names their sources in its header.
 
 Nobody sees a laser's line as white, nor a lamp as coloured as a green LED. White is then D65's, and a flat mirror has
 the light's own colour, scaled to Y = 1. illuminants.py names the illuminants. Of an illuminant of several parts, all
-of this is the first part's; channels.py has the others.
-
-Wavelengths distributed like the observer's sensitivity, for materials that sample the spectrum."""
+of this is the first part's; channels.py has the others."""
 
 from functools import cache
 from pathlib import Path

@@ -1,17 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Converts XYZ to the linear RGB of a scene's working space, and linear RGB to sRGB code values.
-
-Brings the colours of spectra into the linear space of a renderer.
+"""Converts XYZ to the linear RGB of a renderer, to sRGB code values and to L*a*b*, and measures colour differences.
 
 A spectrum's colour is purer than the primaries of an RGB space, so some components are negative, which renderers cannot
 use. To set them to 0 adds light: a CD would reflect 6 % too much in Rec.709. A colour is instead moved towards the grey
 of the same luminance, until no component is negative. So all light is kept, whatever the number of lamps.
 
-addon/materials/atlas_nodes.py does the same with nodes, addon/materials/osl/gamut.osl in a shader.
-
-The colour of a smooth surface of a matter, by the angle that it is seen at.
-
-Perceived colour differences: CIE L*a*b* and CIEDE2000."""
+addon/materials/atlas_nodes.py does the same with nodes, addon/materials/osl/gamut.osl in a shader."""
 
 import numpy as np
 
@@ -105,7 +99,7 @@ def srgb_encode(linear: np.ndarray) -> np.ndarray:
 
 def shown_rgb(xyz: np.ndarray, rgb_from_xyz: np.ndarray) -> np.ndarray:
     """Linear RGB (..., 3), without negative components, of colours in XYZ (..., 3), for a matrix (3, 3) of
-    working_space.rgb_from_xyz.
+    rgb_from_xyz.
 
     A colour with negative components becomes Y + Y / (Y - m) (rgb - Y), where m is the least of them. Its luminance
     stays Y. A colour without luminance becomes black."""

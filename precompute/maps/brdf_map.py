@@ -1,17 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""BRDF maps: reflected colour over the hemisphere of views (thesis 6.1).
+"""BRDF maps: reflected colour over the hemisphere of views (thesis 6.1), as arrays, charts and OpenEXR files.
 
 The pixel (x, y) = (sin t cos p, sin t sin p) shows the view at t from the normal and at the azimuth p.
 
-The chart of a bake: which colour goes where, for light from one angle.
+The chart of a bake shows which colour goes where, for light from one angle. Its disc is a BRDF map. The strip below it
+shows the views in the plane of the light, from the light's side to the other.
 
-Its disc is a BRDF map (brdf_map.py): the middle is a view along the normal, the rim one along the surface. The strip
-below it shows the views in the plane of the light, from the light's side to the other.
-
-OpenEXR files of XYZ, or of spectra with a channel for each wavelength.
-
-Channels of spectra are named as in A. Fichet, R. Pacanowski and A. Wilkie, "An OpenEXR Layout for Spectral Images",
-JCGT 10(3), 2021: "T.550nm" is a reflectance at 550 nm, "T.550,5nm" one at 550.5 nm."""
+The OpenEXR files hold XYZ, or spectra with a channel for each wavelength. Channels of spectra are named as in A.
+Fichet, R. Pacanowski and A. Wilkie, "An OpenEXR Layout for Spectral Images", JCGT 10(3), 2021: "T.550nm" is a
+reflectance at 550 nm, "T.550,5nm" one at 550.5 nm."""
 
 from collections.abc import Callable, Mapping
 from functools import partial

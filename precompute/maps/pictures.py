@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The square on which pictures for artists are drawn, with their lines and texts.
+"""Pictures for artists, of a height map and of its power spectrum.
 
-The picture of a levelled height map: high is bright, with a bar for widths and one for heights.
-
-The picture of a height map's power spectrum: which fineness of lines the surface has, and in which directions.
-
-A wave of a lines per millimetre appears as two points at the distance a from the middle, along its grating vector. Two
-rings bound the waves whose first order shows colours (surface/periods.py)."""
+In a levelled height map's picture high is bright, with a bar for widths and one for heights. A power spectrum shows
+which fineness of lines the surface has, and in which directions. A wave of a lines per millimetre appears as two points
+at the distance a from the middle, along its grating vector. Two rings bound the waves whose first order shows colours
+(surface/periods.py)."""
 
 from __future__ import annotations
 

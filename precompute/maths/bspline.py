@@ -3,9 +3,7 @@
 
 The samples of a bake's terms are not prefiltered, so interpolation convolves the sampled function with the B-spline.
 This adds VARIANCE, in squared sample steps, to the function's variance along each axis. The remaining error is of
-fourth order in the step. `interpolating` prefilters samples.
-
-Weighted sums of successive rows, as products with the blocks of a banded matrix."""
+fourth order in the step. `interpolating` prefilters samples."""
 
 import numpy as np
 

@@ -1,13 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Error metrics (docs/theory.md), the same for every truth and every candidate.
+"""Error metrics (docs/theory.md), the same for every truth and candidate, and the direction pairs that they take.
 
 A candidate is a bake or a method. The bake's self-check measures it against sums over its own spectra
 (bake/self_check.py), under the patch model against precompute/reference, and laboratory/check against direct sums.
 
 Colours are radiance under unit irradiance, with the BRDF's factor (optics/brdf.py). CIEDE2000 is computed at four
-exposures, and the worst counts. The zero order is measured separately.
-
-Direction pairs on which an error is measured."""
+exposures, and the worst counts. The zero order is measured separately."""
 
 import math
 from collections.abc import Callable, Mapping

@@ -5,12 +5,11 @@ The field z minimises |grad z|^2 + sum of w |z - g|^2 over the nodes: the connec
 and the guide's directions g with weights w. Without a guide, z is the eigenvector of the Laplacian's smallest
 eigenvalue. Finally each z is scaled to length 1.
 
-Solves large sparse Hermitian systems that are positive definite with dominant diagonals: conjugate gradients,
-preconditioned by aggregation multigrid (Notay, "An aggregation-based algebraic multigrid method", 2010).
-
+The system is large, sparse, Hermitian and positive definite with a dominant diagonal. It is solved by conjugate
+gradients, preconditioned by aggregation multigrid (Notay, "An aggregation-based algebraic multigrid method", 2010).
 Conjugate gradients alone take as many steps as the mesh has edges across. Each level of the multigrid joins some nodes
-around a seed. The system's own coefficients carry a field from the seed to these nodes, so a
-smooth field stays smooth."""
+around a seed. The system's own coefficients carry a field from the seed to these nodes, so a smooth field stays
+smooth."""
 
 from __future__ import annotations
 

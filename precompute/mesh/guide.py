@@ -2,9 +2,8 @@
 """Guides of a comb, as a pull on each node of a surface: a direction in its tangent plane times a weight.
 
 A direction that is known everywhere is smoothed over two edges, so the field follows it except where it contradicts
-itself. A stroke pulls the nodes nearest to it; between strokes the field is as smooth as possible.
-
-Finds the direction along a body by the heat method (Crane, Weischedel and Wardetzky, "Geodesics in heat", 2013)."""
+itself. A stroke pulls the nodes nearest to it; between strokes the field is as smooth as possible. The direction along
+a body is found by the heat method (Crane, Weischedel and Wardetzky, "Geodesics in heat", 2013)."""
 
 import numpy as np
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A triangle mesh as a surface: which corners meet, and a tangent plane at each node.
+"""A triangle mesh as a surface: which corners meet, a tangent plane at each node, and where a direction field turns.
 
 Corner 3 t + k is the k-th corner of triangle t; it also stands for the edge from there to the next corner. A *node* is
 a fan of triangles around a point, connected by shared edges. Most points have one node. A point where two sheets touch
@@ -7,13 +7,8 @@ has two. Sheets are also cut apart at an edge of three triangles, or of two with
 plane has polar coordinates in which the angles of its corners make a full turn (Knöppel, Crane, Pinkall and Schröder,
 "Globally optimal direction fields", 2013, section 3), so a direction is a complex number.
 
-Nearest-point search in a grid of cells.
-
-Singularities of a direction field: the index of each triangle, and edges across which the field flips.
-
-Reads arrays of known kinds and shapes from untrusted .npz files of NumPy.
-
-Format: NumPy's reference, "numpy.lib.format". NumPy's own reader trusts the header and raises undocumented errors."""
+Meshes come from untrusted .npz files (format: NumPy's reference, "numpy.lib.format"). NumPy's own reader would trust
+the header and raise undocumented errors."""
 
 import math
 import re

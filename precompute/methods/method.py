@@ -1,7 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The common parts of all methods: the settings, the protocol, and the sum over wavelengths.
-
-The description of a method, known without building it.
+"""The common parts of all methods: the settings, the protocol, the sum over wavelengths, and the description.
 
 Each module of this folder declares a MethodEntry for every method in it. method_registry.py collects the entries, and
 the product's lists of methods are derived from them."""

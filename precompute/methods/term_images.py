@@ -17,7 +17,7 @@ from ..base.machine import refuse_beyond_memory
 from ..colour.observer import S_MAX
 from ..surface.relief import SMALLER, Relief
 
-# The memory per pixel of the relief while one term is transformed, in bytes (laboratory/benchmarks/memory.py).
+# The memory per pixel of the relief while one term is transformed, in bytes, as measured.
 _BYTES_PER_PIXEL = 64
 
 # weight(axis, distance), see TermImages.read.

@@ -2,13 +2,8 @@
 """Factors of the BRDF that do not depend on the relief (docs/theory.md, BRDF).
 
 wi is the unit direction to the light, wr to the viewer, both away from the surface. ti and tr are their angles from the
-normal, and w = cos(ti) + cos(tr).
-
-Fresnel reflectance of a smooth dielectric.
-
-The first-order small slope approximation of a dielectric surface (Voronovich 1994, chapter 5).
-
-The BRDF of a relief with the power spectrum PSD is
+normal, and w = cos(ti) + cos(tr). In the first-order small slope approximation (Voronovich 1994, chapter 5) the BRDF
+of a dielectric's relief with the power spectrum PSD is
 
     f = 4 cos(ti) cos(tr) Q(wi, wr; n) / w^2 * PSD((u, v) / lambda; w / lambda) / lambda^2
 
@@ -108,7 +103,7 @@ def scattering_factor(
 ) -> np.ndarray:  # fmt: skip
     """What turns a bake's scattered XYZ over w^2 into radiance under unit irradiance (...,), for unit directions.
 
-    A dielectric has the small slope approximation (brdf.py), or with `stam` Stam's form: Fresnel's reflectance
+    A dielectric has the small slope approximation, or with `stam` Stam's form: Fresnel's reflectance
     at the half angle times the obliquity. A table that holds its matter's reflectance has either form at `ratio_ior`
     over Fresnel's reflectance there: the ratio form, or Stam's obliquity alone."""
     held = ratio_ior != NO_RATIO

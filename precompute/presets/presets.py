@@ -11,19 +11,15 @@ file has these keys:
     direction       what the scan's x axis follows: one of DIRECTIONS; it may be missing
     inputs          numbers for the inputs of the Diffraction node, by name; it may be missing
     shape           what Show Me puts it on, one of SHAPES; it may be missing
-    hologram        a pattern and numbers for its inputs (presets.py); it may be missing
+    hologram        a pattern and numbers for its inputs; it may be missing
     sources         lines that say where each number comes from, or that it was chosen by eye
 
-The hologram of a preset: a pattern of directions and periods that its material begins with.
+A hologram is a pattern of directions and periods that the material begins with. The patterns are node groups of the
+add-on (addon/materials/holograms/patterns.py); a pattern from a picture needs a file, so no preset has it.
 
-The patterns are node groups of the add-on (addon/materials/holograms/patterns.py); a pattern from a picture needs a
-file, so no preset has it.
-
-Draft bakes of the presets. The package ships them, so that a preset can be shown without a bake.
-
-A draft has its own folder, which holds the bake's files and draft.json: the version and the request of the bake, and
-its facts as `bake --json` prints them, without time and memory. So two drafts made on the same kind of processor are
-the same bytes."""
+The package ships draft bakes of the presets, so that a preset can be shown without a bake. A draft's folder holds the
+bake's files and draft.json: the version and the request of the bake, and its facts as `bake --json` prints them,
+without time and memory. So two drafts made on the same kind of processor are the same bytes."""
 
 from __future__ import annotations
 

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reference of the ensemble model of coherence: exact phasor, float64, 1 nm, no table and no expansion in s.
+"""References of both models of coherence: exact phasor, float64, no table and no expansion in s.
 
-It takes one transform per w and wavelength, and sums over the kernel's bins. It is deliberately slow and simple.
-
-Reference of the patch model of coherence: the sum P(q; s) of precompute/spectra/spectrum.py, computed for each
-direction as a product of matrices."""
+They are deliberately slow and simple. The ensemble model takes one transform per w and wavelength, in steps of 1 nm,
+and sums over the kernel's bins. The patch model takes the sum P(q; s) of precompute/spectra/spectrum.py for each
+direction, as a product of matrices."""
 
 from dataclasses import dataclass
 

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reflectance of a stack of thin films on a substrate, by characteristic matrices (Born and Wolf 1.6.2 and 14.4).
+"""Reflectance of a stack of thin films on a substrate, and the refractive indices of metals.
 
-E and H are the tangential fields of one polarisation at an interface. The normal component of the wave vector is
-k0 q, with q^2 = n^2 - 1 + cos^2 ti. The admittance eta is q for light polarised perpendicular to the plane of
-incidence (s), and n^2 / q for light polarised parallel to it (p). At the substrate H = eta E. From the lower to the
-upper face of a layer of thickness t the fields change to
+A stack is a product of characteristic matrices (Born and Wolf 1.6.2 and 14.4). E and H are the tangential fields of one
+polarisation at an interface. The normal component of the wave vector is k0 q, with q^2 = n^2 - 1 + cos^2 ti. The
+admittance eta is q for light polarised perpendicular to the plane of incidence (s), and n^2 / q for light polarised
+parallel to it (p). At the substrate H = eta E. From the lower to the upper face of a layer of thickness t the fields
+change to
 
     E' = (1 + a) E - a / eta H,   H' = (1 + a) H - a eta E,   a = (exp(2 i k0 q t) - 1) / 2
 
@@ -12,12 +13,10 @@ This is the characteristic matrix times exp(i k0 q t), a factor that does not ch
 with the thickness, so absorbing and evanescent layers of any thickness are stable. For p the code swaps E and H, which
 replaces eta by q / n^2. Then a / q is the only quotient, and it has the limit i k0 t at q = 0, the critical angle.
 
-Complex refractive indices n + ik of metals in visible light.
-
 metals.csv holds the published values and names their sources in its header: McPeak et al. 2015 for aluminium, silver,
-gold and copper, Johnson and Christy 1974 for chromium, nickel and titanium. n and k are interpolated linearly in
-wavelength between the published values, which are 5 to 10 nm apart in the first four tables and 15 to 65 nm apart in
-the others."""
+gold and copper, Johnson and Christy 1974 for chromium, nickel and titanium. The complex refractive indices n + ik are
+interpolated linearly in wavelength between the published values, which are 5 to 10 nm apart in the first four tables
+and 15 to 65 nm apart in the others."""
 
 from collections.abc import Sequence
 from functools import cache

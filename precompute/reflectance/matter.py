@@ -1,10 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a surface is made of: a metal, an index of refraction, or layers on a substrate, perhaps under a plate.
-matter.py reads it.
+"""What a surface is made of, the text that names it, and its reflectance.
 
-Reads the text that names a matter.
-
-A text is one of
+A matter is named by one of
 
     dielectric                        the material's own index of refraction, set in the scene
     mirror                            reflects all light at every angle
@@ -18,10 +15,9 @@ A layer is INDEX/THICKNESS. The index is a number, a metal or `air`; the thickne
 before an index: `chitin 1.56/120nm`. It is for the reader and has no effect. The substrate is an index without a
 thickness: `chitin 1.56/120nm, air`. A repeat holds no other repeat. Capital letters and spaces have no effect.
 
-A matter's reflectance as curves over the half angle, for sums over many directions.
-
-The reflectance is that of the half angle, whose cosine is |wi + wr| / 2 = sqrt(u^2 + v^2 + w^2) / 2. So it is a
-function of the wavelength and of a table's own variables. Under a plate they are those of the directions inside."""
+For sums over many directions, the reflectance is tabulated as curves. It is that of the half angle, whose cosine is
+|wi + wr| / 2 = sqrt(u^2 + v^2 + w^2) / 2. So it is a function of the wavelength and of a table's own variables. Under
+a plate they are those of the directions inside."""
 
 import re
 from collections.abc import Callable
@@ -79,7 +75,7 @@ class Matter:
     plate_ior  the index of a transparent plate over the relief (optics/plate.py); 1 without one
     text       the text as the user gave it, with names of layers. Two matters are equal if only this text differs
 
-    str(matter) is the text without names, spaces and units that vary; matter_text.parse reads it back as an equal
+    str(matter) is the text without names, spaces and units that vary; `parse` reads it back as an equal
     matter."""
 
     substrate: Index

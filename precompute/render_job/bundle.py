@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes a job for a farm: a folder with the job as a template of Open Job Description, in the layout of a job bundle
-of AWS Deadline Cloud, and as a job type of Flamenco.
+"""Writes a job for a farm, as a folder for AWS Deadline Cloud and Flamenco.
+
+The job is a template of Open Job Description, in the layout of a job bundle of AWS Deadline Cloud, and a job type of
+Flamenco:
 
     template.json            steps, their order, parameters with types and limits
     parameter_values.json    the values of this job

@@ -1,9 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The pictures of a job, and their names.
-
-A contact sheet: all pictures of a job in rows, each with its name, small enough to look at.
-
-The log of a job: a line of JSON for each event."""
+"""The pictures of a job with their names, the contact sheet that shows them all, and the job's log."""
 
 import itertools
 import json

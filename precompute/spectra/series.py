@@ -5,18 +5,14 @@ Let P be the transform of the phasor at s, and h and h' the heights of two pixel
 (h - h')). So the range of the relief limits its band in s, and a few Chebyshev nodes suffice. The scattered part
 vanishes as s^2. The series holds the spectrum divided by s^2, which stays well conditioned at grazing angles.
 
-The mean spectrum of a surface that lies in many directions: its power averaged over turns about q = 0.
+A surface may lie in many directions. Its mean spectrum is its power averaged over turns about q = 0. A turned surface
+has the turned spectrum, so the mean over turns is a blur along rings. The rings are sampled as finely as the bins, by
+cubic convolution. The blur is a product of transforms along each ring.
 
-A turned surface has the turned spectrum, so the mean over turns is a blur along rings. The rings are sampled as finely
-as the bins, by cubic convolution. The blur is a product of transforms along each ring.
-
-Blurs a transform's bins by the kernel and resamples them to a density over (u, v), by two banded matrix products.
-
-Computes a bake's series in s in single precision, with as few nodes as the relief needs.
-
-Each node in s costs a transform. `bound` gives a number of nodes that is enough for every relief of the same height
-range, about twice what a real scan needs. So `fast_series` measures the number on small cuts of the relief, then
-confirms it on the whole relief."""
+For a bake, the series is computed in single precision, with as few nodes as the relief needs. Each node in s costs a
+transform. `bound` gives a number of nodes that is enough for every relief of the same height range, about twice what a
+real scan needs. So `fast_series` measures the number on small cuts of the relief, then confirms it on the whole
+relief."""
 
 import math
 from collections.abc import Callable
@@ -88,7 +84,7 @@ class SpectrumSeries:
     amplitude          (count,) complex
     blur_q             standard deviation of the Gaussian that already blurs the bins, cycles per metre
     periodic           True if the bins are the orders of a surface that wraps, False if they sample a continuum
-    turns              standard deviation, in radians, of the turns over which the bins are averaged (series.py)
+    turns              standard deviation, in radians, of the turns over which the bins are averaged
     """
 
     grid: FrequencyGrid

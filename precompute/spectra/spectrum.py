@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The phasor of a relief and its power spectrum (docs/theory.md, Spectrum).
+"""The phasor of a relief and its power spectrum, over all places or under one window (docs/theory.md, Spectrum).
 
 The phasor is p(x, y; s) = exp(-i 2 pi s h) with s = w / lambda. Its mean, weighted by the squared apodisation, is the
 amplitude of the zero order. The scattered spectrum is the squared modulus of the transform of the phasor minus its
 mean. The weights make both orthogonal, so by Parseval's theorem the efficiency and the scattered power sum to 1.
 
-The patch model of coherence (thesis 3.2): an endless repetition of the patch under one Gaussian amplitude window.
+The patch model of coherence (thesis 3.2) has an endless repetition of the patch under one Gaussian amplitude window:
 
     P(q; s) = sum over pixels of g t p exp(-i 2 pi q.x),   g = exp(-|x|^2 / (2 sigma^2)),   PSD = dA |P|^2 / sum (g t)^2
 
@@ -29,7 +29,7 @@ from ..surface.relief import SMALLER, Relief
 
 # Zero padding of a scan that does not wrap, in units of 1 / the finest applied kernel (see frequency_grid).
 _GUARD = 0.4
-# The memory of scattered_spectrum in bytes per bin of its transform (laboratory/benchmarks/memory.py).
+# The memory of scattered_spectrum in bytes per bin of its transform, as measured.
 _BYTES_PER_BIN = 64
 # Rows and columns that are transformed at once.
 _ROWS_AT_ONCE, _COLUMNS_AT_ONCE = 128, 64

@@ -1,11 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Height maps: measured or synthetic heights over a rectangle.
+"""Height maps: measured or synthetic heights over a rectangle, their levelling by a plane, and the filling of holes.
 
-Plane levelling: subtracts the least-squares plane from a height map.
-
-Fills holes: pixels of a height map that were not measured.
-
-Reads pictures between their pixels by cubic convolution (Keys, IEEE Transactions on Acoustics, Speech, and Signal
+Heights between pixels are read by cubic convolution (Keys, IEEE Transactions on Acoustics, Speech, and Signal
 Processing 29, 1981), which is exact for quadratic surfaces."""
 
 from __future__ import annotations

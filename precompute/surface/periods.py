@@ -1,26 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Finds the periods of a relief, as peaks of its power spectrum, and which of them diffract visibly.
 
-The power spectrum of heights, and the position of its peaks between the bins.
-
-Visibility of a relief's waves: which ones diffract visibly, and how much light their first order gets.
-
 A wave of period d sends its first order to sin(tr) = lambda / d - sin(ti). The angles ti of light and tr of view are
 measured from the normal, in the plane of the grating vector. For a sine of amplitude a much lower than the wavelength,
 the efficiency is J1(2 pi a w / lambda)^2 = (pi a w / lambda)^2, with w = cos(ti) + cos(tr) (Goodman, Introduction to
 Fourier Optics, 4.4; docs/theory.md).
 
-Line noise of a microscope: random height shifts between scan lines, and the false peaks that they cause.
+A microscope adds line noise: random height shifts between scan lines, which cause false peaks. A shift is constant
+along its scan line. So the noise has power at the horizontal frequency 0 and at all vertical frequencies. The highest
+of its many random peaks rises far above the rest of the spectrum, like a grating with lines along the scan lines. But a
+grating also rises above its neighbours at the horizontal frequency 0. An irregular, natural grating has power beside
+its peak instead.
 
-A shift is constant along its scan line. So the noise has power at the horizontal frequency 0 and at all vertical
-frequencies. The highest of its many random peaks rises far above the rest of the spectrum, like a grating with lines
-along the scan lines. But a grating also rises above its neighbours at the horizontal frequency 0. An irregular, natural
-grating has power beside its peak instead.
-
-Confirms waves by the opposite scan direction: trace and retrace share the surface, but not the microscope's noise.
-
-Line shifts and hum differ between the two. Hum that is a wave (ky, kx) in the trace is (ky, -kx) in the retrace, so a
-wave's mirror image does not confirm it."""
+The opposite scan direction confirms waves: trace and retrace share the surface, but not line shifts and hum. Hum that
+is a wave (ky, kx) in the trace is (ky, -kx) in the retrace, so a wave's mirror image does not confirm it."""
 
 from __future__ import annotations
 
@@ -359,7 +352,7 @@ class Wave:
     angle_deg    direction of the grating vector in degrees: from T, counterclockwise towards B, in (-90, 90]
     repeats      how often the wave fits into the scan along its direction
     amplitude_m  amplitude in metres of a sine with the same peak in the spectrum
-    light        share of visible light in the first order of this sine (periods.py); 0 if it is not visible
+    light        share of visible light in the first order of this sine; 0 if it is not visible
     contrast     ratio of the peak to the median power of waves of similar length"""
 
     period_m: float
@@ -389,7 +382,7 @@ class Waves:
     waviness  the highest wave that is too coarse to show colours, or None
     fine      the highest wave that is too fine for visible light, or None
     noise     the strongest wave rejected as possible line noise, or None
-    one_way   whether the opposite scan lacks `noise` (periods.py); else it resembles random shifts (periods.py)"""
+    one_way   whether the opposite scan lacks `noise`; else it resembles random shifts"""
 
     gratings: tuple[Wave, ...]
     waviness: Wave | None

@@ -1,11 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Rates whether a scan is good enough to bake: one finding for each limit, with a traffic light and a sentence.
+"""Describes a scan before a bake, and rates whether it is good enough.
 
-Finds dust, scars, shifted rows and spikes of a scan, and tries which steps remove them and keep the grating.
-
-Description of a scan before a bake: its size, its relief, and the periods that diffract visibly.
-
-The repeating part of a relief: the exact unit cell, or the strongest period if no cell repeats exactly."""
+Each limit has a finding, with a traffic light and a sentence. For dust, scars, shifted rows and spikes, steps are tried
+that remove them and keep the grating."""
 
 from __future__ import annotations
 
@@ -180,7 +177,9 @@ def _removes(surface: Surface, place: tuple[int, int]) -> str:
 
 
 LIGHTS = ("good", "usable", "poor")
-# Each pair of numbers holds the limits of "good" and of "usable".
+
+# Each pair of numbers below holds the limits of "good" and of "usable".
+
 # Pixels: two must resolve the finest period that diffracts visible light.
 _PIXEL_M = (FINEST_PERIOD_M / 2, FINEST_PERIOD_M)
 # The wavelength of green light, for which an eye is most sensitive.
@@ -249,7 +248,7 @@ class Quality:
     @property
     def light(self) -> str:
         """The worst traffic light of the findings."""
-        return LIGHTS[max(LIGHTS.index(finding.light) for finding in self.findings)]
+        return _worst(*(finding.light for finding in self.findings))
 
     def as_dict(self) -> dict[str, object]:
         """Return the findings for JSON."""
@@ -269,6 +268,10 @@ def judge(height_map: HeightMap, plane: Plane, waves: Waves, *, reach_m: tuple[f
         return Quality(of_surface)
     measured = _tilt(height_map, plane), _dirt(surface), _steps(height_map), _tip(centre, height_map)
     return Quality((*_odd_size(reach_m[1] - reach_m[0], height_map), *of_surface, *measured))
+
+
+def _worst(*lights: str) -> str:
+    return max(lights, key=LIGHTS.index)
 
 
 def _light(value: float, limits: tuple[float, float]) -> str:
@@ -314,7 +317,7 @@ def _pixel(height_map: HeightMap, waves: Waves) -> Finding:
     }[light]
     if waves.gratings:
         across = waves.gratings[0].period_m / side
-        light = max(light, _light(across, _PIXELS_A_PERIOD), key=LIGHTS.index)
+        light = _worst(light, _light(across, _PIXELS_A_PERIOD))
         sentence += f"; the grating has {across:.3g} pixels to a period"
     return Finding("pixel", light, sentence, side)
 
@@ -349,7 +352,7 @@ def _period(waves: Waves) -> Finding:
         remedy = f"; {noise}; turn the sample by 90 deg and scan it again" if noise else "; scan another place"
         return Finding("period", "poor", f"no wave stands out that would show colours{remedy}", 0.0)
     first, *others = waves.gratings
-    light = max(_light(first.contrast, _CONTRAST), _light(first.repeats, _REPEATS), key=LIGHTS.index)
+    light = _worst(_light(first.contrast, _CONTRAST), _light(first.repeats, _REPEATS))
     sure = {"good": "sure", "usable": "likely", "poor": "a guess"}[light]
     stands = f"{first.contrast:.0f}" if first.contrast < _PLAIN else f"over {_PLAIN:.0f}"
     sentence = (
@@ -400,7 +403,7 @@ def _dirt(surface: Surface) -> Finding:
         parts.append(f"dust or a spike stands {off} off the relief of {relief}, which makes bakes larger")
     parts += [f"{each.share:.2%} of it is like {_NAMES.get(each.step, each.step)}" for each in dirt]
     words: list[str | Setting] = [", ".join(parts) or "nothing is seen"]
-    if max(lights, key=LIGHTS.index) != LIGHTS[0]:
+    if _worst(*lights) != LIGHTS[0]:
         steps = [each.step for each in dirt if not each.harm]
         steps += [spike.step] if stands and spike.step and spike.step not in steps else []
         if steps:
@@ -414,7 +417,7 @@ def _dirt(surface: Surface) -> Finding:
     for harm, names in harms.items():
         which = f"step {names[0]}, which" if len(names) == 1 else f"steps {' and '.join(names)}, each of which"
         words.append(f"; leave out the {which} {harm}")
-    return Finding("dirt", max(lights, key=LIGHTS.index), tuple(words), share)
+    return Finding("dirt", _worst(*lights), tuple(words), share)
 
 
 def _steps(height_map: HeightMap) -> Finding:

@@ -18,7 +18,7 @@ from .steps.step import Step
 PIXEL_MAX_M = WAVELENGTH_MIN_M / 4
 # The remedy for a relief with too many pixels.
 SMALLER = "crop the scan, or give its true size if that is smaller"
-# Peak memory of `prepare` per pixel of the upsampled relief, as measured (laboratory/benchmarks/memory.py).
+# Peak memory of `prepare` per pixel of the upsampled relief, as measured.
 _BYTES_PER_PIXEL = 28
 # The share of the scan's side over which the apodisation window rises at each end. The power spectrum of a shorter rise
 # has stronger side lobes. Then no narrower kernel gives an order both the peak and the width of the stated kernel.

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Packs a bake into one OpenEXR image: the tiles B_k side by side, the zero order's curve in a strip below.
+"""Packs a bake into one OpenEXR image, and writes and reads the files of tables and sample sets.
 
-One image takes one texture slot. It holds linear numbers without colour management, and all parameters are in its
-header. It holds half floats, or floats for a deep relief or a small colour error, which need more than three digits.
+The tiles B_k are side by side, the zero order's curve in a strip below. One image takes one texture slot. It holds
+linear numbers without colour management, and all parameters are in its header. It holds half floats, or floats for a
+deep relief or a small colour error, which need more than three digits.
 
 The image is read by cubic B-splines: Blender's interpolation "Cubic", which reads at full resolution at any distance.
 With the first texel's centre at index coordinate 0, a reading at x uses the texels floor(x) - 1 to floor(x) + 2. From
@@ -19,8 +20,6 @@ the bottom of the picture upward, the rows hold:
 
 Tiles hold B_k / scale in XYZ. The strip is not scaled: a shallow relief scatters so little, compared with its zero
 order's white, that a common scale would lose the tiles' digits.
-
-The OpenEXR files that hold a table or a sample set.
 
 Files are written completely or not at all (base/files.py). A header must fit the picture and have values that a bake
 can have."""
@@ -96,7 +95,7 @@ class Layout:
 
     terms: int
     polynomials: int
-    basis: list  # type: ignore[type-arg]  # atlas.py compares the value's type with this type
+    basis: list  # type: ignore[type-arg]  # read_header compares the value's type with this type
     levels: int
     level_ratio: float
     level_offset: float

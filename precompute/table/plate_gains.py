@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a plate lets through, with the light that it traps and gives back to its relief, as a table holds and reads it.
 
-bake/trapped_light.py computes both tables over a disc of directions above the plate (plate_gains.py).
-
-A square table of the directions above a surface, which a renderer reads by cubic B-splines.
-
-The table maps the hemisphere to a disc of radius 1 around the normal. A unit vector (x, y, c) is at
+bake/trapped_light.py computes the gains of the scattered light and of the mirror image. Each is a square table of the
+directions above the plate, which a renderer reads by cubic B-splines. It maps the hemisphere to a disc of radius 1
+around the normal. A unit vector (x, y, c) is at
 
     (x, y) / sqrt((1 + sqrt(c)) (1 + c)),
 

@@ -7,8 +7,8 @@ in cycles per metre, s = w / lambda, and PSD the scattered power spectrum (docs/
     integral PSD(q; s) F(q) d^2q  =  mean over texels of s^2 W(texel; s) F(q(texel)),   W = PSD / (s^2 pdf)
 
 where pdf is the density from which the texels' q were drawn. A shading sample picks one random texel and one random
-wavelength. It then needs one glossy closure of colour rgb(lambda) / pdf(lambda) * R * O * s^2 W, with Fresnel's R and
-Stam's obliquity O. As in the table, the s^2 cancels the 1 / w^2 of the obliquity.
+wavelength. It then needs one glossy closure of colour rgb(lambda) / pdf(lambda) * G / w^2 * s^2 W, with
+G = 4 cos(ti) cos(tr) Q (optics/brdf.py). As in the table, the s^2 cancels the 1 / w^2.
 
 **pdf** is the mean over s of the scattered spectrum per bin, where the spectrum at each s is first divided by its
 total. The values of s are the bake's own Chebyshev nodes. There the series' values are powers, so no bin gets a
@@ -171,7 +171,7 @@ def layout_of(lobes: SampleSet) -> SampleSetLayout:
 
 
 def pack(lobes: SampleSet) -> tuple[np.ndarray, SampleSetLayout]:
-    """Image (height, width, 4) float16, row 0 at the bottom, and its layout, for atlas_file.write_together."""
+    """Image (height, width, 4) float16, row 0 at the bottom, and its layout, for atlas.write_together."""
     layout = layout_of(lobes)
     image = np.zeros((layout.height, layout.width, COEFFICIENTS), np.float16)
     u = lobes.q * layout.wavelength

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The table of a surface, as a bake stores it and a renderer reads it.
+"""The table of a surface, as a bake stores it and a renderer reads it, and the places of its tiles in the picture.
 
     XYZ(u, v, w) = Z(w) * kernel(u, v) + w^2 * sum_k f_k(t) B_k(u, v),     f_k(t) = sum_j basis_kj T_j(t)
 
@@ -12,11 +12,10 @@ j, and t runs from -1 to 1 over the table's range of w. The f_k are functions le
 A table for lamps of several spectra has more channels than X, Y and Z (colour/channels.py), which come first. What
 reads the table reads XYZ, except `under` and `channels_over_w2`.
 
-Places the tiles of a table and of its wider blur levels in one picture.
-
-A kernel between two levels is read as a mixture of both. Closer levels make the mixture more accurate and take more
-memory. The first levels take the most memory, and a mixture of two wide kernels errs most. So the levels are far apart
-first, and closer later: level l has a kernel of the variance
+One picture holds the table's tiles and those of its wider blur levels. A kernel between two levels is read as a mixture
+of both. Closer levels make the mixture more accurate and take more memory. The first levels take the most memory, and a
+mixture of two wide kernels errs most. So the levels are far apart first, and closer later: level l has a kernel of the
+variance
 
     V(l) = sigma_b^2 ((1 + c) R^l - c)
 
@@ -279,9 +278,9 @@ class Table:
     first          (v, u) at the centre of texel (0, 0); by default the tile's centre is at (v, u) = (0, 0)
     w_range        the range of w that t runs over
     precision      the kind of float that holds the terms well enough in a file
-    wider          the same terms on wider blur levels, with texels scaled accordingly (table.py)
+    wider          the same terms on wider blur levels, with texels scaled accordingly
     spacing        how far apart the levels are
-    coarser        the factor of the texels of all wider levels (table.py)
+    coarser        the factor of the texels of all wider levels
     basis          (K, J), the functions f_k as coefficients of T_0 to T_(J-1); None: f_k is T_k
     plate_ior      the index of a plate over the relief, or 1. u, v, w and sigma_b are then those of the directions
                    inside the plate (optics/plate.py)
@@ -336,7 +335,7 @@ class Table:
 
     @cached_property
     def cell(self) -> Cell:
-        """The cell of a term in the picture (table.py)."""
+        """The cell of a term in the picture."""
         return Cell(self.inner, len(self.levels), self.spacing, self.coarser)
 
     @property

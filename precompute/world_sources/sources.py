@@ -1,19 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Fits a few round sources to the compact bright parts of a world. A source takes all light in its cone.
 
-Cells of equirectangular pictures of a world, in Blender's convention.
+Worlds are equirectangular pictures in Blender's convention. Row 0 is at the bottom, as in Blender's pixels. The
+picture's centre looks along +X, its left half towards +Y, its top row towards +Z. Blender's Environment Texture reads
+pictures this way. A panoramic camera of Cycles that looks along +X, with +Z up, renders them this way.
 
-Row 0 is at the bottom, as in Blender's pixels. The picture's centre looks along +X, its left half towards +Y, its top
-row towards +Z. Blender's Environment Texture reads pictures this way. A panoramic camera of Cycles that looks along +X,
-with +Z up, renders them this way.
-
-Finds the compact bright parts of a picture of the world, which are brighter than their surroundings and not wide.
-
-Pixels are added from the brightest down. A connected set of added pixels is a part that exceeds its surroundings, and
-its excess is the light above them. Sets grow, meet and merge as in a component tree (Salembier, Oliveras and Garrido
-1998, "Antiextensive connected operators for image and sequence processing"), until they are wider than a source may be.
-
-Fits sources finer than a panorama's pixels, by closer looks at the world."""
+A compact bright part is brighter than its surroundings and not wide. Pixels are added from the brightest down. A
+connected set of added pixels is a part that exceeds its surroundings, and its excess is the light above them. Sets
+grow, meet and merge as in a component tree (Salembier, Oliveras and Garrido 1998, "Antiextensive connected operators
+for image and sequence processing"), until they are wider than a source may be. Closer looks at the world fit sources
+finer than a panorama's pixels."""
 
 from __future__ import annotations
 
@@ -268,7 +264,7 @@ class Source:
 def fit_sources(radiance: np.ndarray, count: int) -> list[Source]:
     """Fit at most `count` sources to a world, the brightest first.
 
-    radiance (rows, cols, 3) is a panorama, laid out as in sources.py. Negative and non-finite pixels count as black. A
+    radiance (rows, cols, 3) is a panorama, laid out as above. Negative and non-finite pixels count as black. A
     part brighter than its surroundings becomes a source if it holds LEAST_SHARE of the world's light. The widest
     sources are divided while there are fewer than `count`; no cone is wider than WIDEST."""
     cells, flat = panorama_cells(*radiance.shape[:2]), clean(radiance)

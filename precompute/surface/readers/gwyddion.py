@@ -1,19 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reader of Gwyddion .gwy: row 0 at the scan's top, masked pixels missing.
+"""Readers of Gwyddion's files: .gwy, Simple Field .gsf and text exports, all with row 0 at the scan's top.
 
-A file is a tree of serialised objects (Gwyddion's user guide, "Gwyddion native data files"). An object is its type's
-name, its size in bytes, and its components. A component is a name, a letter for the value's type, and the value. The
-outermost object is a container with the components "/N/data", "/N/data/title" and "/N/mask": image, title and mask of
-channel N. The reader skips all others unread by their sizes, and checks sizes before it reads.
+A .gwy file is a tree of serialised objects (Gwyddion's user guide, "Gwyddion native data files"). An object is its
+type's name, its size in bytes, and its components. A component is a name, a letter for the value's type, and the value.
+The outermost object is a container with the components "/N/data", "/N/data/title" and "/N/mask": image, title and mask
+of channel N. The reader skips all others unread by their sizes, and checks sizes before it reads. Masked pixels are
+missing.
 
-Reader of Gwyddion Simple Field .gsf: lines "KEY = VALUE", one to four zero bytes, then 32-bit floats from the top.
+A .gsf file has lines "KEY = VALUE", one to four zero bytes, then 32-bit floats. (Format: Gwyddion's user guide,
+"Gwyddion Simple Field".)
 
-(Format: Gwyddion's user guide, "Gwyddion Simple Field".)
-
-Reader of Gwyddion's text exports: comments with title, width, height and unit, then the heights from the top.
-
-The reader goes by the order of the comments, since their names are translated. Numbers may have decimal commas.
-(Format: Gwyddion's user guide, "Raw data and text file export".)"""
+A text export has comments with title, width, height and unit, then the heights. The reader goes by the order of the
+comments, since their names are translated. Numbers may have decimal commas. (Format: Gwyddion's user guide, "Raw data
+and text file export".)"""
 
 from __future__ import annotations
 

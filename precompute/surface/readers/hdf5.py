@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reader of microscopes' HDF5 files: Nanosurf .nhf (nanosurf_hdf5.py) and JPK .h5-jpk.
 
-JPK's file is of high-speed scans, many frames of one place.
-
-Each group "Measurement_N" describes the grid, each group "Channel_N" in it a quantity and a direction. A channel's
-dataset has a column for each frame: the grid's points, line by line from the scan's bottom up, unless the grid is
-reflected. The attributes "net-encoder.scaling" scale the integers to the default calibration."""
+JPK's file holds high-speed scans, many frames of one place. Each group "Measurement_N" describes the grid, each group
+"Channel_N" in it a quantity and a direction. A channel's dataset has a column for each frame: the grid's points, line
+by line from the scan's bottom up, unless the grid is reflected. The attributes "net-encoder.scaling" scale the integers
+to the default calibration."""
 
 from __future__ import annotations
 

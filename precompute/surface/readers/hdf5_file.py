@@ -3,12 +3,8 @@
 
 It supports the HDF5 library's default output: object headers of versions 1 and 2, symbol tables and compact links,
 contiguous, compact and chunked layouts, and the filters deflate, shuffle and Fletcher's checksum. Other features are
-errors. (Format: The HDF Group, "HDF5 File Format Specification", version 3.)
-
-Reader of HDF5 datasets: numbers, contiguous or in chunks, which may be deflated and shuffled.
-
-Every size in a header is checked against the file before memory is allocated. (Format: The HDF Group, "HDF5 File Format
-Specification", version 3.)"""
+errors. Every size in a header is checked against the file before memory is allocated. (Format: The HDF Group, "HDF5
+File Format Specification", version 3.)"""
 
 from __future__ import annotations
 

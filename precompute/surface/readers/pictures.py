@@ -1,24 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reader of grey PNG, TIFF and BMP pictures: black is the height 0, white the height that the user gives.
+"""Readers of heights in pictures, arrays and bare text, and of the width in a file's name: 10 um for "skin_10um.png".
 
-Measures the data that a picture file holds beside its pixels, before Pillow opens the file.
+In grey PNG, TIFF and BMP pictures black is the height 0, white the height that the user gives. Pillow reads all texts,
+profiles and tags into memory, with the length that the file declares, and walks through all pages of a TIFF. So a small
+or sparse file can cost gigabytes or minutes. Before Pillow opens a file, the data beside its pixels are measured by
+their lengths. (Formats: PNG (Third Edition), section 5; TIFF 6.0, section 2, and BigTIFF; BITMAPINFOHEADER of BMP.)
 
-Pillow reads all texts, profiles and tags into memory, with the length that the file declares, and walks through all
-pages of a TIFF. So a small or sparse file can cost gigabytes or minutes. This module reads only lengths.
+OpenEXR .exr holds one channel or grey RGB, in scan lines, uncompressed or ZIP. (Format: "OpenEXR File Layout",
+openexr.com.)
 
-Formats: PNG (Third Edition), section 5; TIFF 6.0, section 2, and BigTIFF; BITMAPINFOHEADER of BMP.
+NumPy .npy holds an array (rows, cols) of numbers, row 0 the scan's top; pickled objects are never read. (Format:
+NumPy's reference, "numpy.lib.format". NumPy's own header parser raises undocumented exceptions.)
 
-Reader of OpenEXR .exr heights: one channel or grey RGB, in scan lines, uncompressed or ZIP.
-
-(Format: "OpenEXR File Layout", openexr.com.)
-
-Reader of NumPy .npy: an array (rows, cols) of numbers, row 0 the scan's top. It never reads pickled objects.
-
-(Format: NumPy's reference, "numpy.lib.format". NumPy's own header parser raises undocumented exceptions.)
-
-Readers of bare numbers as text: a matrix of heights from the scan's top, or the points (x, y, z) of a grid.
-
-The width of a scan as the name of its file says it: 10 um for "skin_10um.png"."""
+Text holds a matrix of heights from the scan's top, or the points (x, y, z) of a grid."""
 
 from __future__ import annotations
 

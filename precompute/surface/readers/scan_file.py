@@ -1,21 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The common reader of instrument files; a format supplies the maps of a file and how to read them.
+"""What all readers of files share: their protocol, the choice of channel, units, numbers as text, and refusals.
 
-Choice of the channel of an instrument file that holds the surface.
-
-The protocol of file readers.
-
-A new format needs a module with a reader, and a line in READERS of reader_registry.py. Blender loads the registry at
+ScanReader is the common reader of instrument files; a format supplies the maps of a file and how to read them. A new
+format needs a module with a reader, and a line in READERS of reader_registry.py. Blender loads the registry at
 startup, so a reader imports its decoder (Pillow) only in the functions that decode.
 
-Units as instrument files spell them.
-
-Parser of numbers as text, separated by blanks, tabs, semicolons or commas, with decimal points or commas, quoted
-or not.
-
-Recognises unsupported formats, and says how to convert them.
-
-It recognises formats by their first bytes, archives by the names of their files, and tables by their lines."""
+Numbers as text are separated by blanks, tabs, semicolons or commas. They have decimal points or commas, and may be
+quoted. An error for an unsupported format says how to convert it. Such formats are recognised by their first bytes,
+archives by the names of their files, and tables by their lines."""
 
 from __future__ import annotations
 

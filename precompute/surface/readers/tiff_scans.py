@@ -1,17 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reader of TIFF directories, for instruments that keep maps in private tags or several pages.
+"""Readers of instruments' TIFF files, which keep maps in private tags or several pages: JPK and Park Systems.
 
-It reads only requested tags. (Format: TIFF 6.0, section 2.)
+Only requested tags are read. (Format: TIFF 6.0, section 2.)
 
-Reader of JPK .jpk and .jpk-qi-image: a TIFF with a thumbnail and the scan's size, then a page for each channel.
+JPK .jpk and .jpk-qi-image have a page with a thumbnail and the scan's size, then a page for each channel. A channel has
+slots, which scale its integers to volts, nominal or calibrated heights. The reader uses the default slot. Lines run
+from the scan's bottom up, unless it is reflected. (Format: JPK Instruments, "JPK image file specification".)
 
-A channel has slots, which scale its integers to volts, nominal or calibrated heights. The reader uses the default slot.
-Lines run from the scan's bottom up, unless it is reflected. (Format: JPK Instruments, "JPK image file specification".)
-
-Reader of Park Systems .tiff: a TIFF with a coloured picture, and the values and their header in private tags.
-
-A value is gain times (integer times scale plus offset). Lines run from the scan's bottom up; if its axes are swapped,
-from left to right. (Format: Park Systems, "Park TIFF file format"; swapped axes: Gwyddion's module psia.)"""
+Park Systems .tiff has a coloured picture, and the values and their header in private tags. A value is gain times
+(integer times scale plus offset). Lines run from the scan's bottom up; if its axes are swapped, from left to right.
+(Format: Park Systems, "Park TIFF file format"; swapped axes: Gwyddion's module psia.)"""
 
 from __future__ import annotations
 

@@ -2,11 +2,8 @@
 """Reader of X3P (ISO 25178-72): a zip archive of main.xml, which describes the axes, and a binary file of heights.
 
 Heights are in metres, the first profile first. A bit field may mark the measured points; NaN and infinity are missing
-points too. Small maps may be listed in main.xml instead.
-
-Parser of an X3P's main.xml: the axes, the links to the data, and the points if they are listed in it.
-
-It refuses entities, which could multiply a text's length, and keeps only the needed elements."""
+points too. Small maps may be listed in main.xml instead. Its parser refuses entities, which could multiply a text's
+length, and keeps only the needed elements."""
 
 from __future__ import annotations
 

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Line gratings with exact profiles and grating vectors along the tangent T, and the flat mirror.
-
-Makes height maps and random fields whose edges wrap, for all samples."""
+"""Line gratings with exact profiles and grating vectors along the tangent T, the flat mirror, and what all samples
+share: height maps and random fields whose edges wrap."""
 
 from __future__ import annotations
 

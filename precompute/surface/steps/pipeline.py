@@ -1,7 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The kinds of steps, and the pipeline of steps from a scan to its levelled heights.
-
-Start values in the panel for steps without defaults: they change the scan little or not at all."""
+"""The kinds of steps, and the pipeline of steps from a scan to its levelled heights."""
 
 from __future__ import annotations
 

@@ -1,17 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Steps that find scars, outliers and dust, and turn their pixels into holes.
+"""The functions of all steps that level and repair a scan.
 
-Line alignment: shifts each scan line (row) in height to fit its neighbours.
-
-It also removes a grating whose lines run along the scan lines, so it runs only on request.
-
-Steps that rotate, crop and mask a scan.
-
-Step that removes the rounding by the microscope's tip.
-
-Steps that subtract a plane or a polynomial background.
-
-Steps that invert heights, scale them, and calibrate the pixels to a known period."""
+They align scan lines; rotate, crop and mask; undo the rounding by the microscope's tip; subtract a plane or a
+polynomial; turn scars, outliers and dust into holes; invert and scale heights; and calibrate the pixels. The alignment
+of lines also removes a grating whose lines run along the scan lines, so it runs only on request."""
 
 from __future__ import annotations
 

@@ -1,11 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The step: its name, its arguments as text and as values, and its function.
+"""The step: its name, its arguments as text and as values, its function, and the loss of the grating that it causes.
 
-As text, a step is its name and its arguments, separated by colons: `plane`, `poly:2`, `crop:0:0:20:10`.
-
-Measures how much a step weakens the grating of a scan.
-
-Finds the grating of a scan for the steps that need one."""
+As text, a step is its name and its arguments, separated by colons: `plane`, `poly:2`, `crop:0:0:20:10`."""
 
 from __future__ import annotations
 
