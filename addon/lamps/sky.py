@@ -1,24 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sources of a scene's world, stored in properties of the scene, and the nodes
-that read them.
+"""The sources of a scene's world, stored and keyed in properties of the scene; the nodes that read them; and a sun lamp
+in place of the disc of the world's Sky Texture.
 
 A source is a compact bright part of the world, such as the sun in a sky or a window in an HDRI. The surface treats it
 as a sun. The properties of source `i` are named `ng_world_<i>_<what>` and have no drivers. When the world changes, the
 sources are removed (workflow/lights/fitting_worlds.py), and the closures take over all light of the world. The sources
-of an animated world have a key in each fitted frame; in other frames they have no light.
+of an animated world have a key in each fitted frame; in other frames they have no light. Each value is constant until
+the next key, so a frame never shows a mixture of the sources of two others.
 
     place   unit vector to the source; -1 - its variance in rad2 along one axis
     power   its irradiance, W/m2, in the scene's linear RGB; 1, because shadow rays go to its centre
     spectrum  one number: the row of the nearest black body or daylight in the table of lamps; absent if all sources are
               white
 
-Keyframes on the properties that hold a world's sources (sky.py).
-
-Each value is constant until the next key, so a frame never shows a mixture of the sources of two others.
-
-A sun lamp in place of the sun disc of a world's Sky Texture.
-
-EEVEE draws a Sky Texture without its disc, so there the disc lights nothing but gratings (sky.py). The lamp lights
+EEVEE draws a Sky Texture without its disc, so there the disc lights nothing but gratings. The sun lamp lights
 everything, in both engines."""
 
 from __future__ import annotations

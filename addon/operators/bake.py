@@ -1,11 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bakes the active grating in a separate process.
-
-Bakes only the part of the active grating that the scene needs, in a separate process.
-
-Chooses how exact the active grating's bake is.
-
-Makes a material that evaluates one of the thesis's methods, or the bake, in every pixel."""
+"""Bakes the active grating in a separate process, chooses how exact its bake is, and makes a reference material to
+compare it with."""
 
 from pathlib import Path
 
@@ -91,8 +86,8 @@ class BakeNeeds(FollowsBake, bpy.types.Operator):
             measured = measure_needs(context.scene, grating)
             found, *self._lines = measured.lines
             self.report({"INFO"}, printable(found))
-            if measured.pointless:
-                self.report({"WARNING"}, printable(measured.pointless))
+            if measured.why_pointless:
+                self.report({"WARNING"}, printable(measured.why_pointless))
                 return None
             needs = measured.needs
         self._request = request_with(grating, needs)

@@ -1,15 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Conditions of the operators' buttons. If one is not met, the disabled button's tooltip says what is missing.
+"""What the operators share: the conditions of their buttons, and their base classes.
 
-The base class of the operators that report what they did, or the error that stopped them, in the words of Blender's
-interface.
-
-The base class of the operators that put a grating on the selected meshes.
-
-The base class of the operators that work in a separate process. A bar in the panel and in the status bar shows how
-far it is. The cross beside it cancels, or Esc where the work was begun.
-
-The base class of the operators that bake the active grating. Only one of them runs at a time."""
+If a condition is not met, the disabled button's tooltip says what is missing."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -88,7 +80,8 @@ def has_selected_mesh(operator: Operator, context: bpy.types.Context) -> bool:
 
 
 class Acts(OperatorMixin):
-    """An operator that acts and reports. A subclass adds `act`."""
+    """An operator that reports what it did, or the error that stopped it, in the words of Blender's interface. A
+    subclass adds `act`."""
 
     # Whether the reported lines after the first are warnings.
     then_warns = True
@@ -139,8 +132,9 @@ class FollowedJob(Protocol):
 
 
 class FollowsJob(Acts):
-    """An operator that follows a job until it ends. Called by a script, it waits for it. A subclass adds `start` and
-    `finish`."""
+    """An operator that follows a job in a separate process until it ends. A bar in the panel and in the status bar
+    shows how far it is; the cross beside it cancels, or Esc where the work was begun. Called by a script, it waits for
+    the job. A subclass adds `start` and `finish`."""
 
     # The running job, if any. The panel shows it; disabling the extension stops it.
     job = cast(FollowedJob | None, None)
@@ -270,7 +264,7 @@ def _is_meant(context, event) -> bool:
 
 
 class FollowsBake(FollowsJob):
-    """An operator that follows a bake of a grating. A subclass adds `start` and `record`."""
+    """An operator that follows a bake of a grating, one at a time. A subclass adds `start` and `record`."""
 
     @classmethod
     def poll(cls, context):

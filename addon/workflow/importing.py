@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Importing height maps as gratings of a scene.
-
-The width that the import dialog offers for files that do not store theirs: from their names, else the last one."""
+"""Importing height maps as gratings of a scene, and the width that the dialog offers for files that do not store
+theirs: from their names, else the last one."""
 
 import json
 from collections.abc import Callable, Iterable, Sequence

@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Making a grating's node group and its material.
-
-Applying a grating's settings to its materials as soon as an artist changes them.
-
-Varying a grating over the meshes that show it."""
+"""Making a grating's node group and its material, varying them over the meshes that show it, and applying a grating's
+settings as soon as an artist changes them."""
 
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
