@@ -7,7 +7,6 @@ once."""
 
 import math
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
@@ -15,12 +14,8 @@ import numpy as np
 from ..blender import compat
 from .rendered_lamps import rendered
 
-if TYPE_CHECKING:
-    import numpy as np
-
-
 # Finds the bounding boxes (n, 2, 3) of what the lamps light. Called only if there are too many lamps.
-LitBoxes = Callable[[bpy.types.Scene], "np.ndarray"]
+LitBoxes = Callable[[bpy.types.Scene], np.ndarray]
 # Each lamp costs some time in every pixel, so only the brightest are used.
 LAMPS_MAX = 32
 # Lamps that the artist leaves out are shown to nodes that sample light at random, up to this many.

@@ -214,8 +214,3 @@ def import_chosen(
         _last[:] = [size_um]
     notes = [f", width {size_um:.6g} um {origin}" if origin and size else "" for size in sizes]
     return [line + note for line, note in zip(lines, [max(notes)] if averaged else notes, strict=True)]
-
-
-def forget_width() -> None:
-    """Forget the last width, as in a new session."""
-    _last.clear()
