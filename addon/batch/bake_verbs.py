@@ -111,7 +111,7 @@ def run_needs(arguments: argparse.Namespace) -> None:
     if arguments.output is not None:
         text = json.dumps(measured.as_dict(), indent=1) + "\n"
         write_whole(arguments.output, lambda partial: partial.write_text(text, encoding="utf-8"))
-    told: GratingError | str | None = measured.pointless
+    told: GratingError | str | None = measured.why_pointless
     if arguments.bake and not told:
         request = request_with(grating, measured.needs)
         facts["bake"] = finished_bake(grating, request=request, progress=progress)

@@ -1,11 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The gratings that a verb works on: one by its name, those on named meshes, or by default the active one.
+"""What the verbs share: the gratings and objects that they work on, inputs as NAME=VALUE, and saving the file.
 
-The objects that a verb works on: named ones, or by default the selected ones.
-
-Saving the file that a verb has changed, and printing what it did.
-
-Values for inputs of a node, as NAME=VALUE on the command line."""
+By default a verb works on the active grating and on the selected objects."""
 
 import argparse
 import math

@@ -56,7 +56,7 @@ def make_scene(job: Job, name: str, progress: Progress) -> Path:
     if recipe_of_plan(path) != recipe:
         with told_of(path):
             path.parent.mkdir(parents=True, exist_ok=True)
-        needs = measure(job, name, progress) if job.needs else EVERYTHING
+        needs = needs_of_scene(job, name, progress) if job.needs else EVERYTHING
         _open(job, surface)
         if surface is not None:
             _put(job, surface, needs, progress)
@@ -69,23 +69,23 @@ def make_scene(job: Job, name: str, progress: Progress) -> Path:
     return path
 
 
-def measure(job: Job, name: str, progress: Progress) -> Needs:
+def needs_of_scene(job: Job, name: str, progress: Progress) -> Needs:
     """What the pictures of one of a job's scenes need of its bake. They are measured and written into the folder
     `needs`, unless they are there and what they depend on is the same. Raises GratingError as make_scene."""
     surface = next(each for each in job.surfaces if each.name == name)
     path, pictures = job.output / NEEDS / f"{name}.json", pictures_of(job, name)
     recipe = hash_of(_recipe(job, surface, pictures))
-    needs = _measured(path, recipe)
+    needs = _needs_kept(path, recipe)
     if needs is None:
         _open(job, surface)
-        needs = _needs(pictures, _put(job, surface, EVERYTHING, progress), progress)
+        needs = _needs_of_pictures(pictures, _put(job, surface, EVERYTHING, progress), progress)
         with told_of(path):
             path.parent.mkdir(parents=True, exist_ok=True)
         write_record(path, {"recipe": recipe, "needs": needs.as_dict()})
     return needs
 
 
-def _measured(path: Path, recipe: str) -> Needs | None:
+def _needs_kept(path: Path, recipe: str) -> Needs | None:
     """The needs of an earlier run under the same recipe, or None."""
     try:
         record = read_json(path, "run the job again")
@@ -155,7 +155,7 @@ def _put(job: Job, surface: Surface, needs: Needs, progress: Progress) -> Gratin
     return grating
 
 
-def _needs(pictures: Sequence[Picture], grating: Grating, progress: Progress) -> Needs:
+def _needs_of_pictures(pictures: Sequence[Picture], grating: Grating, progress: Progress) -> Needs:
     """What all pictures need of a grating's bake."""
     base = Base.now()
     records = {json.dumps(asdict(replace(one, name="", engine=None, seed=None))): one for one in pictures}

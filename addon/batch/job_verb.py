@@ -25,7 +25,7 @@ from ...precompute.render_job.pictures import Log, scene_names
 from ...precompute.render_job.plan import LOGS, PICTURES, SCENES, read_plan
 from ..blender.written import remove_partial_copies
 from ..rendering import worker
-from .job_scenes import make_scene, measure, plan_path
+from .job_scenes import make_scene, needs_of_scene, plan_path
 
 _STEPS = ("needs", "bake", "frames", "sheet")
 
@@ -76,7 +76,7 @@ def _run(job: Job, names: list[str], arguments: argparse.Namespace) -> int:
                 _join(job, is_asked_for=arguments.step is not None)
             elif step == "bake" or job.needs:
                 for name in names:
-                    (make_scene if step == "bake" else measure)(job, name, _progress_of(name))
+                    (make_scene if step == "bake" else needs_of_scene)(job, name, _progress_of(name))
                     log("made", what=name, step=step)
         log("ended", failed=failed)
     return worker.FAILED if failed else 0

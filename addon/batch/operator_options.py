@@ -33,11 +33,11 @@ def add_property(
     elif declared.type == "STRING":
         more |= {"type": name_argument, "metavar": "FILE" if declared.subtype == "FILE_PATH" else "NAME"}
     else:
-        low, high = _outside(declared, declared.hard_min), _outside(declared, declared.hard_max)
+        low, high = _as_typed(declared, declared.hard_min), _as_typed(declared, declared.hard_max)
         more["type"] = count(low, high) if declared.type == "INT" else number(low, high)
         more["metavar"] = "DEGREES" if declared.subtype == "ANGLE" else "N" if declared.type == "INT" else "X"
     if is_option and declared.type != "STRING":
-        default = _outside(declared, declared.default)
+        default = _as_typed(declared, declared.default)
         text += f"; default {default:g}" if declared.type == "FLOAT" else f"; default {default}"
     more |= {"dest": name} if is_option else {"metavar": name.upper()}
     parser.add_argument(flag, help=text.replace("%", "%%"), **more)
@@ -50,7 +50,7 @@ def values(arguments: argparse.Namespace, operator: type[bpy.types.Operator]) ->
     for name, declared in _properties(operator).items():
         if hasattr(arguments, name):
             given = getattr(arguments, name)
-            found[name] = _inside(declared, _outside(declared, declared.default) if given is None else given)
+            found[name] = _as_held(declared, _as_typed(declared, declared.default) if given is None else given)
     return found
 
 
@@ -64,7 +64,7 @@ def _word(identifier: str) -> str:
     return identifier.lower().replace("_", "-")
 
 
-def _outside(declared: Any, value: Any) -> Any:
+def _as_typed(declared: Any, value: Any) -> Any:
     """A property's value as the command line takes it."""
     if declared.type == "ENUM":
         return _word(value)
@@ -74,7 +74,7 @@ def _outside(declared: Any, value: Any) -> Any:
     return float(f"{math.degrees(value) if declared.subtype == 'ANGLE' else value:.7g}")
 
 
-def _inside(declared: Any, value: Any) -> Any:
+def _as_held(declared: Any, value: Any) -> Any:
     """What the command line takes as a property's value."""
     if declared.type == "ENUM":
         return value.upper().replace("-", "_")

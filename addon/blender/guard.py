@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Guards for functions that Blender calls: handlers, timers, and the drawing of panels, lists and menus.
+"""Guards for functions that Blender calls (handlers, timers, drawing), and for paths in a .blend file.
 
 An exception in such a function would print a traceback at each redraw or scene change. A guard catches it and prints
-one line on standard error, once. A panel also shows the line where its drawing stopped.
-
-Paths in a .blend file, which another computer may have saved."""
+one line on standard error, once. A panel also shows the line where its drawing stopped. A path may come from another
+computer."""
 
 import contextlib
 import os

@@ -1,7 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Adding objects to what an artist sees.
-
-A shape's arrays as a Blender mesh."""
+"""Adding objects to what an artist sees, also from the arrays of a shape."""
 
 import bpy
 import numpy as np

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Casting rays through the scene's camera and collecting which directions of each grating they show.
-
-Finding out which parts of a scene may change from frame to frame."""
+"""Looks through the scene's camera: which directions of each grating it shows, and which parts of the scene may change
+from frame to frame."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass

@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where the camera's rays meet meshes that show gratings, and the grating's tangent frame there.
-
-Rays through the pixels of a camera's picture.
-
-Rays through the pixels of a 3D view."""
+"""Where rays through the pixels of a camera's picture or of a 3D view meet meshes that show gratings, and the grating's
+tangent frame there."""
 
 import math
 from collections.abc import Collection, Iterable, Iterator

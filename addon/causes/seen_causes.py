@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Checks of what the 3D view, or the camera where the artist looks through it, sees of the grating.
-
-The diffraction colours of a grating that a camera or a 3D view sees, by the grating's own table."""
+"""Checks of what the 3D view, or the camera where the artist looks through it, sees of the grating. They compute its
+diffraction colours by its own table."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

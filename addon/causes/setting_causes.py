@@ -1,13 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Checks whether there is a grating, whether it is baked, and whether its material is whole and on an object.
-
-Checks whether the grating has a direction on the meshes that show it.
-
-Checks how the picture is shown: the 3D view's shading, the view layer, exposure, view transform, and samples.
-
-Checks whether anything lights the grating.
-
-Checks the inputs of the Diffraction nodes, and the grating's period."""
+"""Checks of the settings that hide a grating's colours: its bake, material and direction, how the picture is shown,
+what lights the grating, and the inputs of its Diffraction nodes."""
 
 import re
 from collections.abc import Iterator

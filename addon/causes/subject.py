@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the checks look at: a grating and the objects of a scene that show it.
-
-A cause of missing colours, and the button that removes it.
-
-What hides an object: its own icons, its collections, or what rays see of it."""
+"""What the checks look at (a grating and the objects of a scene that show it), what hides an object, and a cause of
+missing colours with the button that removes it."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field

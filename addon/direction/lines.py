@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lines that show a direction on a mesh: annotations, Grease Pencil, curves, hair and bones. Each line is an array of
-segments (k, 2, 3) in world space, in drawing order, from root to tip, or from head to tail.
+"""Lines on a mesh: those that give the scan's direction (annotations, Grease Pencil, curves, hair and bones), and those
+that show it.
 
-Lines that show the scan's direction on a mesh: arrows along T, UV seams where T turns, and rings around faces."""
+Each given line is an array of segments (k, 2, 3) in world space, in drawing order, from root to tip, or from head to
+tail."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any

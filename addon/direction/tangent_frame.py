@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The normal N and the tangent T of the scan on the surface, as nodes. Only the chosen source adds nodes.
+"""The normal N and the tangent T of the scan on the surface, as nodes, of which only the chosen source adds some; and
+direction maps, which are pictures of the scan's direction on the UV map of one mesh.
 
-Direction maps: pictures of the scan's direction on the UV map of one mesh.
-
-Red is (1 + cos a) / 2 and green is (1 + sin a) / 2. The angle a turns the UV map's tangent (the direction of U,
-orthogonal to the normal) to the scan's T, towards N x tangent."""
+Red of a map is (1 + cos a) / 2 and green is (1 + sin a) / 2. The angle a turns the UV map's tangent (the direction of
+U, orthogonal to the normal) to the scan's T, towards N x tangent."""
 
 import bpy
 

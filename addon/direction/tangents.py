@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scan's direction at points of a mesh, in NumPy. Mirrors the nodes of tangent_frame.py, but takes the direction of
-U per flat triangle, where renderers smooth it over neighbouring triangles.
-
-The scan's direction at one point of a mesh, as the nodes of tangent_frame.py give it."""
+"""The scan's direction at points of a mesh, in NumPy, also at the one nearest to a place. Mirrors the nodes of
+tangent_frame.py, but takes the direction of U per flat triangle, where renderers smooth it over neighbouring
+triangles."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The bakes of this session. Undo removes a bake from its grating; it is given back, as its file still exists.
-
-The region of directions that a bake holds, stored on the node group that reads its table, and warnings about scenes
-outside it. Saved .blend files contain the property's name, so it must not change."""
+"""The bakes of this session, and the region of directions that each holds. Undo removes a bake from its grating; it is
+given back, as its file still exists."""
 
 import contextlib
 import json
@@ -91,7 +89,7 @@ def _recall(grating: Grating) -> None:
 
 
 # The bounds of u, v and w, each as low, high. A group without this property holds all directions.
-_REGION = "ng_region"
+_REGION = "ng_region"  # saved in .blend files, so it must not change
 # The largest valid bound, with a margin for rounding.
 _FARTHEST = 2.0 + 1e-6
 # The warnings for the panel, by the full name of the scene.

@@ -1,13 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The gratings of a scene: for each the height map, the settings of its bake, and the bake's file.
-
-The fields of a grating for its matter and for the spectrum of its light, and their texts on the command line.
-
-How exact a bake is, in three steps for an artist.
-
-Which lights the diffraction shows. Saved .blend files contain these names, so they must not change.
-
-How a grating varies over a skin: patches of further gratings, and slow turns. Saved files contain these names."""
+"""The gratings of a scene: for each the height map, its matter, the settings of its bake, the bake's file, the lights
+that it responds to, and how it varies over a skin. Saved .blend files contain the names, so they must not change."""
 
 import json
 from dataclasses import asdict, dataclass, replace

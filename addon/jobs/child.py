@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Precompute jobs in a separate process: Blender's interface stays responsive, and ending the process cancels a job.
-
-The command that starts a second Blender, which leaves the artist's file and windows alone."""
+"""Jobs in a separate process: Blender's interface stays responsive, and ending the process cancels a job. A second
+Blender, too, leaves the artist's file and windows alone."""
 
 import contextlib
 import importlib.util

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Driven custom properties of the scene or an object. Unchanged drivers are kept: a write re-evaluates the scene.
-
-lamp_properties.py says which properties are driven, and by what."""
+"""Driven custom properties of the scene or an object (lamp_properties.py says which). Unchanged drivers are kept: a
+write re-evaluates the scene."""
 
 import re
 from collections.abc import Sequence

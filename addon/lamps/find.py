@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The lamps of a scene: which of them light diffraction, and which of their features are not supported.
+"""The lamps of a scene: which of them light diffraction, by how strongly they light objects, and which of their
+features are not supported.
 
-How strongly lamps light objects, to choose the lamps that light diffraction (find.py).
-
-Shadows and the direction of spots and area lamps are ignored: lamps may turn, but a render chooses them only once."""
+The strength ignores shadows and the direction of spots and area lamps: lamps may turn, but a render chooses them only
+once."""
 
 import math
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
@@ -15,12 +14,8 @@ import numpy as np
 from ..blender import compat
 from .rendered_lamps import rendered
 
-if TYPE_CHECKING:
-    import numpy as np
-
-
-# Finds the bounding boxes (n, 2, 3) of what the lamps light (find.py). Called only if there are too many lamps.
-LitBoxes = Callable[[bpy.types.Scene], "np.ndarray"]
+# Finds the bounding boxes (n, 2, 3) of what the lamps light. Called only if there are too many lamps.
+LitBoxes = Callable[[bpy.types.Scene], np.ndarray]
 # Each lamp costs some time in every pixel, so only the brightest are used.
 LAMPS_MAX = 32
 # Lamps that the artist leaves out are shown to nodes that sample light at random, up to this many.

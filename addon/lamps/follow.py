@@ -1,12 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which lamps the scene's properties follow, and making them follow the lamps that are in the scene now.
 
-A scene without lamps has no properties. Nodes then read 0, and the diffraction is black.
-
-Lamps that the artist leaves out have properties too, with indices from LAMPS_MAX on: nodes that sample light at random
-read them to see nothing of these lamps.
-
-Light linking: marks on objects for the lamps that do not light them, read by nodes."""
+A scene without lamps has no properties. Nodes then read 0, and the diffraction is black. Lamps that the artist leaves
+out have properties too, with indices from LAMPS_MAX on: nodes that sample light at random read them to see nothing of
+these lamps. For light linking, objects are marked with the lamps that do not light them."""
 
 from collections.abc import Sequence
 

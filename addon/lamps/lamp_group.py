@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The Lamp node group: the light from one of the scene's lamps at the shaded point.
+"""The light from the scene's lamps at the shaded point, as nodes: the Lamp group, the drivers that feed it, and random
+points of wide area lamps.
+
+The Lamp group has these outputs:
 
 | output     | symbol | unit  | meaning |
 |------------|--------|-------|---------|
@@ -16,23 +19,11 @@ P is the shaded point. The inputs are the scene's four properties of the lamp (l
 lamps of all kinds: a material need not change when a lamp changes its kind, and more lamps need no new data-block,
 which Blender's undo would lose if no undo step created it.
 
-Reading scene properties in nodes: drivers copy the numbers into the nodes.
-
-The Attribute node (View Layer) could read the properties too. But EEVEE searches for each property in a separate loop
-in every pixel, and some compilers take time cubic in the number of loops: minutes from a dozen on. A driven number is a
-constant of the shader, and changing it needs no recompilation.
-
-The drivers need no Python, and their only target is the scene being evaluated. So they work with auto-run of scripts
-off, and appending a material to another file brings nothing else along.
-
-The light of an area lamp, which may be wide in the sky, by nodes.
-
-The table shows each light as a round Gaussian, and the light of a wide lamp has the lamp's own shape. So each sample
-takes a random point of the lamp, and leaves only a small variance to the table. The points fill a rectangle that is a
-little smaller than the lamp, so that points and Gaussian together have the lamp's variance. A round lamp gets the
-rectangle with its variances. Lamps of other kinds, and small area lamps, stay Gaussians, which have no noise.
-
-The random points serve the table alone. Closures, which must not see what the table shows, get the whole lamp."""
+Drivers copy the scene's properties into the nodes. The Attribute node (View Layer) could read them too. But EEVEE
+searches for each property in a separate loop in every pixel, and some compilers take time cubic in the number of loops:
+minutes from a dozen on. A driven number is a constant of the shader, and changing it needs no recompilation. The
+drivers need no Python, and their only target is the scene being evaluated. So they work with auto-run of scripts off,
+and appending a material to another file brings nothing else along."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -236,6 +227,11 @@ def _cone(tree: Tree, lamp: PackedLamp, wi: Value) -> Value:
     return of_spot * of_area
 
 
+# The table shows each light as a round Gaussian, and the light of a wide lamp has the lamp's own shape. So each sample
+# takes a random point of the lamp, and leaves only a small variance to the table. The points fill a rectangle that is a
+# little smaller than the lamp, so that points and Gaussian together have the lamp's variance. A round lamp gets the
+# rectangle with its variances. Lamps of other kinds, and small area lamps, stay Gaussians, which have no noise.
+# Closures, which must not see what the table shows, get the whole lamp.
 # The variance in rad2 that is left to the table: that of a disc with a radius of 3 degrees. A larger one shows colours
 # that are too pale, a smaller one is noisier.
 LEFT = 0.0007

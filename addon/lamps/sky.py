@@ -1,24 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sources of a scene's world, stored in properties of the scene, and the nodes
-that read them.
+"""The sources of a scene's world, stored and keyed in properties of the scene; the nodes that read them; and a sun lamp
+in place of the disc of the world's Sky Texture.
 
 A source is a compact bright part of the world, such as the sun in a sky or a window in an HDRI. The surface treats it
 as a sun. The properties of source `i` are named `ng_world_<i>_<what>` and have no drivers. When the world changes, the
 sources are removed (workflow/lights/fitting_worlds.py), and the closures take over all light of the world. The sources
-of an animated world have a key in each fitted frame; in other frames they have no light.
+of an animated world have a key in each fitted frame; in other frames they have no light. Each value is constant until
+the next key, so a frame never shows a mixture of the sources of two others.
 
     place   unit vector to the source; -1 - its variance in rad2 along one axis
     power   its irradiance, W/m2, in the scene's linear RGB; 1, because shadow rays go to its centre
     spectrum  one number: the row of the nearest black body or daylight in the table of lamps; absent if all sources are
               white
 
-Keyframes on the properties that hold a world's sources (sky.py).
-
-Each value is constant until the next key, so a frame never shows a mixture of the sources of two others.
-
-A sun lamp in place of the sun disc of a world's Sky Texture.
-
-EEVEE draws a Sky Texture without its disc, so there the disc lights nothing but gratings (sky.py). The lamp lights
+EEVEE draws a Sky Texture without its disc, so there the disc lights nothing but gratings. The sun lamp lights
 everything, in both engines."""
 
 from __future__ import annotations
@@ -42,7 +37,9 @@ if TYPE_CHECKING:
 
 
 _CONSTANT = 0  # the interpolation's number in Blender
-_PREFIX = '["ng_world_'
+# The beginning of the names of all of the scene's properties here. Saved .blend files contain them, so they must not
+# change.
+_PREFIX = "ng_world_"
 
 
 def key_values(scene: bpy.types.Scene, name: str, keys: Sequence[tuple[int, Sequence[float]]]) -> None:
@@ -62,7 +59,7 @@ def key_values(scene: bpy.types.Scene, name: str, keys: Sequence[tuple[int, Sequ
 
 def remove_keys(scene: bpy.types.Scene) -> bool:
     """Remove the keys of all sources, and the action if nothing else is in it. Return whether there were any."""
-    found = [(bag, curve) for bag, curve in _curves(scene) if curve.data_path.startswith(_PREFIX)]
+    found = [(bag, curve) for bag, curve in _curves(scene) if curve.data_path.startswith(f'["{_PREFIX}')]
     for bag, curve in found:
         bag.fcurves.remove(curve)
     if found and not any(True for _ in _curves(scene)):
@@ -86,13 +83,13 @@ def _curves(scene: bpy.types.Scene) -> Iterator[tuple[bpy.types.ActionChannelbag
 # Each source costs time in every pixel of the material.
 SOURCES_MAX = 8
 # Properties of the scene for the fit: the world's fingerprint, and the share of bright, compact light in no source.
-_FINGERPRINT, _MISSED = "ng_world_fingerprint", "ng_world_missed"
+_FINGERPRINT, _MISSED = f"{_PREFIX}fingerprint", f"{_PREFIX}missed"
 # The fitted frames of an animated world, each with the start of the world's fingerprint there: "1:0f2a 2:77b1".
-_FRAMES, _DIGITS = "ng_world_frames", 16
+_FRAMES, _DIGITS = f"{_PREFIX}frames", 16
 _FRAME = re.compile("-?[0-9]{1,7}")
 SPECTRUM = "spectrum"
 # Property of the scene: the row of the rest of its world; absent if that is white, and for an animated world.
-REST_SPECTRUM = "ng_world_rest_spectrum"
+REST_SPECTRUM = f"{_PREFIX}rest_spectrum"
 _ALWAYS = ("place", "power")
 # The values of a source's properties.
 _Values = dict[str, list[float]]
@@ -222,11 +219,11 @@ def missed_share(scene: bpy.types.Scene) -> float:
 
 
 def source_name(index: int, what: str) -> str:
-    """The name of a source's property. Saved .blend files contain these names, so they must not change."""
-    return f"ng_world_{index}_{what}"
+    """The name of a source's property."""
+    return f"{_PREFIX}{index}_{what}"
 
 
-NAME = "Sky Sun"
+_SKY_SUN_NAME = "Sky Sun"
 # Custom property of the lamp, saved in files: marks what the next such lamp replaces.
 _SKY_SUN = "ng_sky_sun"
 _WITHOUT_SUN = ("PREETHAM", "HOSEK_WILKIE")
@@ -245,12 +242,12 @@ def add_sky_sun(scene: bpy.types.Scene, sky: bpy.types.ShaderNodeTexSky, source:
     lamp. It is a copy: Blender evaluates no driver anew that reads a node of a world."""
     for former in [thing for thing in scene.collection.all_objects if stored.flag(thing, _SKY_SUN)]:
         bpy.data.batch_remove([former.data, former])
-    data = bpy.data.lights.new(NAME, "SUN")
+    data = bpy.data.lights.new(_SKY_SUN_NAME, "SUN")
     data.energy = max(float(source.irradiance.max()), 0.0)
     data.color = np.clip(source.irradiance / max(data.energy, 1e-30), 0, 1).tolist()
     # The disc of even brightness that has the source's variance (lamp_properties.py).
     data.angle = 2 * math.asin(min(2 * math.sqrt(source.variance), 1.0))
-    sun = bpy.data.objects.new(NAME, data)
+    sun = bpy.data.objects.new(_SKY_SUN_NAME, data)
     sun[_SKY_SUN] = True
     scene.collection.objects.link(sun)
     sun.rotation_euler = Vector(source.direction.tolist()).to_track_quat("Z", "Y").to_euler()

@@ -1,14 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reading a bake's atlas (precompute/table/atlas.py) by nodes: the table, the zero order, and the gains of a plate.
+"""Reading a bake's atlas (precompute/table/atlas.py) by nodes: the table, the zero order, the gains of a plate, and the
+colours of its channels under a lamp (precompute/colour/channels.py).
 
-Directions in tangent space as nodes.
-
-The small slope reflectance and the ratio form (precompute/optics/brdf.py) as nodes.
-
-Colours of spectra in the scene's linear space, by nodes (precompute/colour/spaces.py).
-
-The colours of a bake's channels under a lamp, by nodes that look up the table of lamps
-(precompute/colour/channels.py)."""
+They need directions in tangent space, the small slope reflectance and the ratio form (precompute/optics/brdf.py), and
+the scene's linear space (precompute/colour/spaces.py)."""
 
 from __future__ import annotations
 

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Custom properties of a Diffraction group. Saved .blend files contain the names, so they must not change.
-
-A painted input of a Diffraction node: a mask from a colour attribute or a texture, mapped to the input's range."""
+"""Custom properties of a Diffraction group, and the masks that paint its inputs. Saved .blend files contain the names,
+so they must not change."""
 
 from math import pi
 from typing import Any
@@ -142,6 +141,7 @@ def note_settings(group: bpy.types.NodeTree, **settings: Any) -> bool:
 
 
 # The inputs that can be painted, each with what black and white stand for. None stands for the input's number.
+# A painted input is set by a mask from a colour attribute or a texture, mapped to the input's range.
 RANGES: dict[str, tuple[float, float | None]] = {
     "Strength": (0.0, None),
     "Rotation": (-pi / 2, pi / 2),

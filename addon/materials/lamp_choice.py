@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Two answers in place of one for each lamp, so that a lamp more costs little.
+"""Which lamps light a point, and how many of them a sample answers to: two in place of all, so that a lamp more costs
+little. Lamps too wide for a bake's table are shared by the table and a closure.
 
 Each lamp i has a likely light p_i, which is cheap: the light that its answer may send, roughly. The lamp with the
 largest p is always answered to. Of the others one is drawn at random, with the probability q_i = p_i / sum of their p,
@@ -8,11 +9,7 @@ the strongest lamp has none and the others are drawn in proportion to about what
 
 Each lamp carries two vectors and four numbers (the variance of its disc, how far away its shadows begin, p, and its row
 in the table of lamps) along two chains: one keeps the strongest, one the drawn lamp. Blender does not evaluate the last
-number where nothing uses it.
-
-Lamps too wide for a bake's table: the table and a closure share them.
-
-Masks for the light at a point: which rays see the diffraction, how sharply, and which lamps light it."""
+number where nothing uses it."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace

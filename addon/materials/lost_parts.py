@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Missing parts of Diffraction groups: data-blocks that an artist deleted, exchanged or edited.
-
-Replacing a Diffraction group's own response, after a new bake or after an artist deleted parts of it."""
+"""Missing parts of Diffraction groups (data-blocks that an artist deleted, exchanged or edited), and replacing a
+group's own response, after a new bake too."""
 
 from collections.abc import Iterable
 
@@ -21,7 +20,7 @@ _OUTDATED = "another version of Blender saved its shadows"
 
 
 def lost_of_own(group: bpy.types.NodeTree) -> str:
-    """What is missing in a Diffraction group's own response, or empty. A new response repairs it (lost_parts.py)."""
+    """What is missing in a Diffraction group's own response, or empty. A new response repairs it."""
     shown = trees_at(group)
     own = [tree for number, tree in shown if number == 1]
     sound = [tree for tree in own if tree is not None]

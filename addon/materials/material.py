@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Diffraction in materials: new materials, and adding it to or removing it from existing ones.
-
-Which objects show a Diffraction group, and which groups in a scene belong to no grating of it."""
+"""Diffraction in materials: new materials, adding it to or removing it from existing ones, which objects show it, and
+which Diffraction groups belong to no grating of the scene."""
 
 from collections.abc import Iterable, Iterator
 from collections.abc import Set as AbstractSet

@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The matter of a response: how a smooth surface of it reflects, and whether the base is seen through it.
-
-Custom properties of the response's node group, saved in files, hold it.
-
-A transparent plate over the relief (precompute/optics/plate.py) as nodes."""
+"""The matter of a response, held by custom properties of its node group in saved files: how a smooth surface of it
+reflects, whether the base is seen through it, and a transparent plate over the relief (precompute/optics/plate.py), as
+nodes."""
 
 from __future__ import annotations
 

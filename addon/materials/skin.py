@@ -22,9 +22,7 @@ Which lights are shown is one of gratings/grating.py:
 EEVEE holds at most 64 KiB of a material's constants (nodes/interface.py). Sources that do not fit, the dimmest
 first, are left to the closures, in Cycles too.
 
-skin_nodes.py makes the nodes.
-
-The lights that the scenes of the file hold, for Diffraction groups, which all scenes share."""
+skin_nodes.py makes the nodes. All scenes of a file share a Diffraction group, so it has nodes for the lights of all."""
 
 import math
 from collections.abc import Iterable

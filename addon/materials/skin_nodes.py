@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The nodes in a Diffraction group (skin.py names the sockets and the choices of lights).
+"""The nodes in a Diffraction group (skin.py names the sockets and the choices of lights), with the footprint of a pixel
+and the variation over a skin.
 
     Shader = (1 - k R) Base + k face + (1 - wd) s (sum over lamps of V Lo + closures),   k = (1 - wd) min(s, 1)
 
@@ -13,46 +14,7 @@ lamp, else 0. face: see matter_nodes.py. From four lamps on, the sum is over two
 No light counts twice. In REST the closure of the scattered light is a perfect mirror around a random normal, black
 where its one direction leads to a followed lamp or source. A lamp's cone has a radius of sqrt(6) standard deviations of
 its disc: the corner of a square lamp, and 1.22 radii of a round one. The table and the closure share wide lamps. The
-closure is also black where its direction leads to a lamp that the artist leaves out, however wide.
-
-The footprint of a pixel: how much the normal varies within it, converted to a roughness.
-
-A pixel shows the mean over the part of the surface within it. On a curved surface the normal varies there, and with it
-the visible order; a single sample shows only one of the colours. The coarser blur levels of the table hold their mean.
-Within a pixel, the normals have the variance along one axis
-
-    F^2 = k p^2 (sum over x, y, z of |a_i|^2) / 2,     a_i = g_i - N (g_i.wr) / (N.wr),     g_i = grad N_i
-
-p is the width of a pixel at the surface. k is the variance of the area that one sample covers, in pixels squared: the
-variance of the pixel filter over the number of samples, because n samples share the filter's area. So the blur shrinks
-as samples accumulate, and the mean of the pixel does not change. EEVEE places its samples identically in each frame,
-which shows as flicker. There k assumes a quarter of the samples, but at least four (or all, if there are fewer).
-
-A normal that turns by a moves the tangential part of the half vector by w a, like a facet of a rough surface. So the
-footprint acts as roughness: Beckmann's slopes have the variance r^4 / 2, and
-
-    r'^4 = r^4 + 2 F^2
-
-The gradients come from Bump nodes: for a height f and a distance p, a Bump node turns N to N - p grad f. In Cycles the
-normal of the Texture Coordinate node has a gradient and the normal of the Geometry node has none; in EEVEE it is the
-other way round. So their sum has the gradient once in each engine, and a factor on one of them applies to one engine.
-
-The blur is round, but the normals of a needle vary along one direction only. A wide round blur would show light that no
-normal reflects. So F^2 is at most (4 degrees)^2, and stronger variation within a pixel keeps some noise.
-
-Neglected: the turn of the tangent about the normal, and the turn of the view, which is smaller than a pixel's angle.
-
-A grating's variation over a skin, as nodes: the share of each relief at a point, and the turn of the direction
-there. Unused variation adds no nodes.
-
-A pattern is a number x, distributed uniformly from 0 to 1 over the surface. Each relief takes an interval of this range
-as long as its share of the surface: with shares s1, s2, s3 the bounds are b1 = s1 and b2 = s1 + s2, and the shares at a
-point are
-
-    1 - S(x - b1),  S(x - b1) - S(x - b2),  S(x - b2)
-
-S is a step from 0 to 1 over the softness. The shares add up to 1 everywhere. Patches are wider than the coherence
-length, so light from different patches does not interfere: their radiances are added, weighted by the shares."""
+closure is also black where its direction leads to a lamp that the artist leaves out, however wide."""
 
 from itertools import pairwise, zip_longest
 
@@ -118,7 +80,7 @@ _FILTER = 0.0768
 _EEVEE_FEW, _EEVEE_SHARE = 4, 4
 # The largest variance of the normals, in rad2. A needle a tenth of a pixel wide would be 4.1 times too bright without
 # this limit, and is 1.1 times too bright with it. A snake rendered with 16 samples has the same error either way
-# (laboratory/benchmarks/hard_scenes.py, laboratory/benchmarks/footprint.py).
+# (tests/render/test_footprint.py).
 MOST = 0.005
 # The width of a pixel for the scene's camera: per distance for a perspective camera, constant for an orthographic one.
 _PIXELS = "(max(width, height) * percent / 100)"
@@ -133,7 +95,35 @@ _CAMERA = {
 
 
 def with_footprint(tree: Tree, roughness: Value) -> Value:
-    """Add the footprint's nodes and return the roughness that includes it."""
+    """Add the footprint of a pixel, which is how much the normal varies within it, to a roughness.
+
+    A pixel shows the mean over the part of the surface within it. On a curved surface the normal varies there, and with
+    it the visible order; a single sample shows only one of the colours. The coarser blur levels of the table hold their
+    mean. Within a pixel, the normals have the variance along one axis
+
+        F^2 = k p^2 (sum over x, y, z of |a_i|^2) / 2,     a_i = g_i - N (g_i.wr) / (N.wr),     g_i = grad N_i
+
+    p is the width of a pixel at the surface. k is the variance of the area that one sample covers, in pixels squared:
+    the variance of the pixel filter over the number of samples, because n samples share the filter's area. So the blur
+    shrinks as samples accumulate, and the mean of the pixel does not change. EEVEE places its samples identically in
+    each frame, which shows as flicker. There k assumes a quarter of the samples, but at least four (or all, if there
+    are fewer).
+
+    A normal that turns by a moves the tangential part of the half vector by w a, like a facet of a rough surface. So
+    the footprint acts as roughness: Beckmann's slopes have the variance r^4 / 2, and
+
+        r'^4 = r^4 + 2 F^2
+
+    The gradients come from Bump nodes: for a height f and a distance p, a Bump node turns N to N - p grad f. In Cycles
+    the normal of the Texture Coordinate node has a gradient and the normal of the Geometry node has none; in EEVEE it
+    is the other way round. So their sum has the gradient once in each engine, and a factor on one of them applies to
+    one engine.
+
+    The blur is round, but the normals of a needle vary along one direction only. A wide round blur would show light
+    that no normal reflects. So F^2 is at most (4 degrees)^2, and stronger variation within a pixel keeps some noise.
+
+    Neglected: the turn of the tangent about the normal, and the turn of the view, which is smaller than a pixel's
+    angle."""
     per_distance = drive_by_scene(tree, _PERSPECTIVE, _CAMERA | {"angle": "camera.data.angle"}, label="Pixel Angle")
     width = drive_by_scene(tree, _ORTHOGRAPHIC, _CAMERA | {"scale": "camera.data.ortho_scale"}, label="Pixel Width")
     in_cycles = drive_by_scene(
@@ -181,7 +171,17 @@ REST_POSITION = "rest_position"
 
 
 def variation_nodes(tree: Tree, variation: Variation) -> tuple[list[Value | None], Value | None]:
-    """The share of each relief at a point, where None is 1; and the turn of the direction in radians, or None."""
+    """The share of each relief at a point, where None is 1; and the turn of the direction in radians, or None. Unused
+    variation adds no nodes.
+
+    A pattern is a number x, distributed uniformly from 0 to 1 over the surface. Each relief takes an interval of this
+    range as long as its share of the surface: with shares s1, s2, s3 the bounds are b1 = s1 and b2 = s1 + s2, and the
+    shares at a point are
+
+        1 - S(x - b1),  S(x - b1) - S(x - b2),  S(x - b2)
+
+    S is a step from 0 to 1 over the softness. The shares add up to 1 everywhere. Patches are wider than the coherence
+    length, so light from different patches does not interfere: their radiances are added, weighted by the shares."""
     name = variation.pattern_attribute
     by_noise = variation.shares and not name
     place, turning = _noise(tree, variation.size_m) if by_noise or variation.turn else (None, None)

@@ -191,10 +191,6 @@ class Tree:
         settings = {"vector_type": "VECTOR", "convert_from": "OBJECT", "convert_to": "WORLD"}
         return self.value(self.node("ShaderNodeVectorTransform", direction, **settings).outputs["Vector"])
 
-    def clamp(self, a: Operand, low: Operand, high: Operand) -> Value:
-        """Clamp a vector component by component."""
-        return self.vector_math("MINIMUM", self.vector_math("MAXIMUM", a, low), high)
-
     def mix(self, share: Operand, a: Value, b: Value) -> Value:
         """a + share (b - a)."""
         return (b - a).times_plus(share, a)

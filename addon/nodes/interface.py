@@ -1,17 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sockets of a node group.
+"""The sockets, order and completeness of a node group, and the bytes that a material's constants take in EEVEE.
 
-Arranging nodes so that the tree is readable.
-
-Stores how many nodes and links a node group was made with, to detect that an artist deleted some.
-
-Counts the bytes that a material's constants take in EEVEE. It has 64 KiB for them, and draws a larger material in
-magenta.
-
-EEVEE flattens all groups. It stores a constant for each unlinked input socket, even if the node's operation does not
-use the socket. A colour takes 16 bytes, a vector 12 plus a gap of 4 that a number may fill, and a number 4. Nodes that
-do not lead to an output of the material take nothing. Blender 5.2 also computes what depends on constants alone, and
-stores of a Mix node only the sockets of the node's data type."""
+An artist may delete nodes and links, so a group stores how many it was made with."""
 
 from __future__ import annotations
 
@@ -161,6 +151,11 @@ def has_parts(tree: bpy.types.NodeTree) -> bool:
     return len(tree.nodes) >= int(nodes) and len(tree.links) >= int(links)
 
 
+# EEVEE has this many bytes for the constants of a material, and draws a larger one in magenta. It flattens all groups.
+# It stores a constant for each unlinked input socket, even if the node's operation does not use the socket. A colour
+# takes 16 bytes, a vector 12 plus a gap of 4 that a number may fill, and a number 4. Nodes that do not lead to an
+# output of the material take nothing. Blender 5.2 also computes what depends on constants alone, and stores of a Mix
+# node only the sockets of the node's data type.
 ROOM = 65536
 _OUTPUTS = {"GROUP_OUTPUT", "OUTPUT_MATERIAL", "OUTPUT_AOV"}
 _KINDS = {"VALUE": "VALUE", "INT": "VALUE", "BOOLEAN": "VALUE", "VECTOR": "VECTOR", "RGBA": "RGBA"}

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Adds a preset: a ready-made surface with its matter and the look of its material. It is one of the extension's, or
-an artist's own file. Shows a preset in a new scene, and returns to the artist's scene."""
+"""Adds a preset, a ready-made surface with its matter and the look of its material: one of the extension's, or an
+artist's own file. Shows a preset in a new scene, and returns to the artist's scene."""
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, StringProperty

@@ -1,20 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bakes the active grating in a separate process.
-
-Bakes only the part of the active grating that the scene needs, in a separate process.
-
-Chooses how exact the active grating's bake is.
-
-Makes a material that evaluates one of the thesis's methods, or the bake, in every pixel."""
-
-from pathlib import Path
+"""Bakes the active grating in a separate process, whole or only the part that the scene needs, and chooses how exact
+its bake is."""
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, StringProperty
 
 from ...precompute.base.failure import printable
 from ..gratings.grating import QUALITIES, active_grating, take_quality
-from .shared import Acts, FollowsBake, has_grating, in_object_mode
+from .shared import FollowsBake, has_grating, in_object_mode
 
 
 class BakeGrating(FollowsBake, bpy.types.Operator):
@@ -63,8 +56,7 @@ class BakeNeeds(FollowsBake, bpy.types.Operator):
 
     bl_idname = "grating.needs"
     bl_label = "Bake for This Scene"
-    # Not REGISTER: its panel Adjust Last Operation would bake again at each change and block Blender.
-    bl_options = {"UNDO"}
+    bl_options = {"UNDO"}  # as BakeGrating
 
     everything: BoolProperty(
         name="All Directions",
@@ -91,8 +83,8 @@ class BakeNeeds(FollowsBake, bpy.types.Operator):
             measured = measure_needs(context.scene, grating)
             found, *self._lines = measured.lines
             self.report({"INFO"}, printable(found))
-            if measured.pointless:
-                self.report({"WARNING"}, printable(measured.pointless))
+            if measured.why_pointless:
+                self.report({"WARNING"}, printable(measured.why_pointless))
                 return None
             needs = measured.needs
         self._request = request_with(grating, needs)
@@ -130,52 +122,3 @@ class ChooseQuality(bpy.types.Operator):
     def execute(self, context):
         take_quality(active_grating(context.scene), self.quality)
         return {"FINISHED"}
-
-
-_DIRECT = "DIRECT"
-_METHODS = (
-    ("FLSS", "FLSS", "Every wavelength, with a Taylor series of the relief (thesis Algorithm 3)"),
-    ("CHEBYSHEV", "Chebyshev", "Every wavelength, with a Chebyshev series: for reliefs too deep for a Taylor series"),
-    ("NMM", "NMM", "Only the wavelengths that the grating equation selects (thesis 4.3)"),
-    ("PQ", "PQ", "The scan repeated as tiles (thesis Algorithm 5)"),
-    (_DIRECT, "Direct", "The add-on's own table, read by a shader. The fastest method. Bake the grating first"),
-)
-
-
-class NewOslReference(Acts, bpy.types.Operator):
-    """Make a slow material for comparisons, whose shader evaluates a method of the thesis, or the bake, in every
-    pixel"""
-
-    bl_idname = "grating.osl_reference"
-    bl_label = "New OSL Reference Material"
-    bl_options = {"REGISTER", "UNDO"}
-
-    method: EnumProperty(name="Method", description="What the shader evaluates", items=_METHODS, default="FLSS")
-    filepath: StringProperty(
-        name="File",
-        description="Existing file of Fourier transforms, or for Direct a bake. Empty: make it from the active grating",
-        subtype="FILE_PATH",
-    )
-
-    @classmethod
-    def poll(cls, context):
-        from ..materials.osl.script import missing_for_osl
-
-        missing = missing_for_osl(context.scene)
-        if missing:
-            cls.poll_message_set(missing[0].upper() + missing[1:])
-        return not missing
-
-    def invoke(self, context, event):
-        return context.window_manager.invoke_props_dialog(self)
-
-    def act(self, context):
-        from ..workflow.making_osl_references import reference_from_bake, reference_from_images, write_images
-
-        scene = context.scene
-        file = Path(bpy.path.abspath(self.filepath)) if self.filepath else None
-        if self.method == _DIRECT:
-            material = reference_from_bake(scene, file or active_grating(scene).baked_file())
-        else:
-            material = reference_from_images(scene, file or write_images(active_grating(scene), self.method.lower()))
-        return [f"{material.name}: assign it to a mesh"]

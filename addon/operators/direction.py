@@ -1,13 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Combs the selected meshes in a separate process.
-
-Chooses where the active grating takes its direction from.
-
-Shows or hides the direction of the active object's grating in the 3D views.
-
-Bakes the direction of the active mesh's grating into a picture.
-
-Unwraps the active mesh into a new UV map."""
+"""Chooses, combs, shows and bakes the direction of a grating on meshes, and unwraps a mesh."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING

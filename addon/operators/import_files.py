@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Adds gratings from files: height maps, and bakes that exist already. They are chosen in File > Import or in the
-panel's menu, or dropped on the window.
-
-The first file dialog starts at the file that was refused, with all that was typed, or in the folder of the last one."""
+panel's menu, or dropped on the window. The first file dialog starts at the file that was refused, with all that was
+typed, or in the folder of the last one."""
 
 import os
 from functools import partial

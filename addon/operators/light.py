@@ -1,19 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Adds a sun to a scene without lamps.
-
-Replaces the sun disc of the world's sky by a sun lamp.
-
-Adds a Diffraction Lamp to the active object.
-
-Adds lamps where they make the camera see a grating's colours.
-
-Chooses which lights the active grating responds to.
-
-Leaves a lamp out of the diffraction, or keeps it in.
-
-Fits light sources to each frame of an animated world.
-
-Fits light sources to the bright parts of the scene's world."""
+"""Adds lamps by which a grating shows its colours, chooses the lights that it responds to, and fits light sources to
+the scene's world."""
 
 import bpy
 from bpy.props import EnumProperty, FloatProperty, IntProperty, StringProperty

@@ -1,15 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Conditions of the operators' buttons. If one is not met, the disabled button's tooltip says what is missing.
+"""What the operators share: the conditions of their buttons, and their base classes.
 
-The base class of the operators that report what they did, or the error that stopped them, in the words of Blender's
-interface.
-
-The base class of the operators that put a grating on the selected meshes.
-
-The base class of the operators that work in a separate process. A bar in the panel and in the status bar shows how
-far it is. The cross beside it cancels, or Esc where the work was begun.
-
-The base class of the operators that bake the active grating. Only one of them runs at a time."""
+If a condition is not met, the disabled button's tooltip says what is missing."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -29,7 +21,7 @@ if TYPE_CHECKING:
     from ..jobs.child import Job
 
 
-Operator = type[bpy.types.Operator]
+OperatorClass = type[bpy.types.Operator]
 # The base of classes that only operators inherit. Only the type checker sees it as an operator, because Blender
 # registers the classes that inherit it.
 if TYPE_CHECKING:
@@ -38,7 +30,7 @@ else:
     OperatorMixin = object
 
 
-def in_object_mode(operator: Operator, context: bpy.types.Context) -> bool:
+def in_object_mode(operator: OperatorClass, context: bpy.types.Context) -> bool:
     """Whether Blender is in Object Mode. In Edit Mode a mesh's faces and UV maps cannot be read."""
     if context.mode != "OBJECT":
         operator.poll_message_set("Switch to Object Mode first")
@@ -46,7 +38,7 @@ def in_object_mode(operator: Operator, context: bpy.types.Context) -> bool:
     return True
 
 
-def has_grating(operator: Operator, context: bpy.types.Context) -> bool:
+def has_grating(operator: OperatorClass, context: bpy.types.Context) -> bool:
     """Whether the scene has an active grating."""
     if context.scene.natural_gratings.active() is None:
         operator.poll_message_set("Add a grating first: import a scan, or choose a preset")
@@ -54,7 +46,7 @@ def has_grating(operator: Operator, context: bpy.types.Context) -> bool:
     return True
 
 
-def has_bake(operator: Operator, context: bpy.types.Context) -> bool:
+def has_bake(operator: OperatorClass, context: bpy.types.Context) -> bool:
     """Whether the active grating is baked."""
     if not has_grating(operator, context):
         return False
@@ -64,7 +56,7 @@ def has_bake(operator: Operator, context: bpy.types.Context) -> bool:
     return True
 
 
-def has_active_mesh(operator: Operator, context: bpy.types.Context) -> bool:
+def has_active_mesh(operator: OperatorClass, context: bpy.types.Context) -> bool:
     """Whether the active object is a mesh."""
     if context.active_object is None or context.active_object.type != "MESH":
         operator.poll_message_set("Make a mesh the active object first")
@@ -77,7 +69,7 @@ def selected_meshes(context: bpy.types.Context) -> list[bpy.types.Object]:
     return [thing for thing in context.selected_objects if thing.type == "MESH"]
 
 
-def has_selected_mesh(operator: Operator, context: bpy.types.Context) -> bool:
+def has_selected_mesh(operator: OperatorClass, context: bpy.types.Context) -> bool:
     """Whether a mesh is among the selected objects."""
     if not selected_meshes(context):
         from ..workflow.chosen_meshes import no_meshes
@@ -88,7 +80,8 @@ def has_selected_mesh(operator: Operator, context: bpy.types.Context) -> bool:
 
 
 class Acts(OperatorMixin):
-    """An operator that acts and reports. A subclass adds `act`."""
+    """An operator that reports what it did, or the error that stopped it, in the words of Blender's interface. A
+    subclass adds `act`."""
 
     # Whether the reported lines after the first are warnings.
     then_warns = True
@@ -139,8 +132,9 @@ class FollowedJob(Protocol):
 
 
 class FollowsJob(Acts):
-    """An operator that follows a job until it ends. Called by a script, it waits for it. A subclass adds `start` and
-    `finish`."""
+    """An operator that follows a job in a separate process until it ends. A bar in the panel and in the status bar
+    shows how far it is; the cross beside it cancels, or Esc where the work was begun. Called by a script, it waits for
+    the job. A subclass adds `start` and `finish`."""
 
     # The running job, if any. The panel shows it; disabling the extension stops it.
     job = cast(FollowedJob | None, None)
@@ -194,7 +188,7 @@ class FollowsJob(Acts):
     @guarded_modal
     def modal(self, context, event):
         cls = type(self)
-        if cls.job is None or _is_meant(context, event):
+        if cls.job is None or _is_esc_over_start(context, event):
             self.cancel(context)
             self.report({"INFO"}, f"{self._doing}: cancelled; nothing was changed")
             return {"CANCELLED"}
@@ -260,7 +254,7 @@ def _draw_status(header, _context) -> None:
         draw_progress(header.layout, follower)
 
 
-def _is_meant(context, event) -> bool:
+def _is_esc_over_start(context, event) -> bool:
     """Whether an event is a press of Esc over the area in which the work was begun. Other areas, the release of a key
     that has cancelled something else, and a playing animation have another use for it."""
     area = context.area
@@ -270,7 +264,7 @@ def _is_meant(context, event) -> bool:
 
 
 class FollowsBake(FollowsJob):
-    """An operator that follows a bake of a grating. A subclass adds `start` and `record`."""
+    """An operator that follows a bake of a grating, one at a time. A subclass adds `start` and `record`."""
 
     @classmethod
     def poll(cls, context):
@@ -307,4 +301,5 @@ class FollowsBake(FollowsJob):
 
 def running_bake() -> type[FollowsBake] | None:
     """The operator whose bake is running."""
-    return next((operator for operator in FollowsBake.__subclasses__() if operator.job is not None), None)
+    bakes = (each for each in followers() if issubclass(each, FollowsBake))
+    return next((operator for operator in bakes if operator.job is not None), None)

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The light, the camera and the world around a thing that shows a preset.
-
-The things that show a preset: a ball, a bent sheet, a disc, a record or a snake."""
+"""A thing that shows a preset (a ball, a bent sheet, a disc, a record or a snake), and the light, the camera and the
+world around it."""
 
 from dataclasses import dataclass
 from math import cos, radians, sin

@@ -1,12 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The smooth body under the scales: its half widths and heights, and the positions of points on its skin.
-
-The line on which a snake's belly rests, from a pose or any polygon, with directions for belly and back.
-
-Poses of a snake: control polygons of the line under its belly, from snout to tail. The unit is about the radius of a
-body that is 80 radii long; the floor is z = 0.
-
-The body proportions of snake species."""
+"""The smooth body of a snake species along the line under its belly, which a pose or any polygon gives."""
 
 from __future__ import annotations
 
@@ -108,6 +101,8 @@ def smoothstep(x: np.ndarray) -> np.ndarray:
     return x * x * (3 - 2 * x)
 
 
+# Control polygons of the line under the belly, from snout to tail. The unit is about the radius of a body that is 80
+# radii long; the floor is z = 0.
 # A head laid over the first bend, and four runs side by side.
 _RESTING = (
     (-6.4, -6.6, 0), (-7.4, -5.4, 0), (-7.9, -3.9, 0), (-7.8, -2.2, 0.3), (-6.9, -0.8, 1.5), (-5.4, 0.2, 2.3),

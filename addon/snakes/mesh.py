@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A snake's arrays as a Blender mesh, and bones along its spine.
-
-A piece of shed skin: the scales of back and sides, cut open along the belly and laid flat."""
+"""A snake's arrays as a Blender mesh, with bones along its spine, and a piece of shed skin: the scales of back and
+sides, cut open along the belly and laid flat."""
 
 from __future__ import annotations
 

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The positions and heights of the net's vertices on the skin: plates that nearly follow the body.
-
-The net of a snake's skin: scales as cells of a diamond lattice, belly plates, and the ends of head and tail.
+"""The net of a snake's skin (scales as cells of a diamond lattice, belly plates, and the ends of head and tail), and
+where its vertices lie: plates that nearly follow the body.
 
 A scale's number along its row is half of p + q, and its row is p - q. So each scale is a unit square of (p, q), and the
 diagonal rows of a snake are the rows and columns of a square grid. Each square is cut into n x n quads, finer near its

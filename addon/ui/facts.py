@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Facts about a scene and its active grating for the panel.
+"""Facts about a scene and its active grating for the panel: the steps of the work, and what to do next.
 
 Blender draws a panel many times a second, so nothing is computed during a draw. Facts are found at the first draw, and
 again by a timer once nothing has changed for a moment; until then the panel shows the former ones. Blender does not
 report all changes. So while the panel is drawn, old facts are found again: after at least a second, and seldom enough
-to take at most a fiftieth of the time.
-
-The steps of the work, and what to do next."""
+to take at most a fiftieth of the time."""
 
 import time
 from collections.abc import Mapping

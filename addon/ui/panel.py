@@ -12,10 +12,10 @@ from ..gratings.wording import counted, marked, translated
 from ..operators.add_grating import AddGrating, RemoveGrating
 from ..operators.add_preset import AddPreset, BackFromShow, LoadPreset, ShowMe
 from ..operators.assign import AdoptMaterials
-from ..operators.bake import NewOslReference
 from ..operators.import_files import ImportHeightMap, LoadBake
 from ..operators.light import AddLightRig
 from ..operators.make_assets import MakeAssets, RemoveAssets
+from ..operators.osl_reference import NewOslReference
 from ..operators.shared import draw_progress, running_bake, selected_meshes
 from ..operators.why_black import WhyBlack
 from .facts import DONE, LIGHT, LOOK, QUALITY, SURFACE, Next, SceneFacts, facts_of, next_step, state_of

@@ -1,10 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Adopting Diffraction groups that belong to no grating of the scene: appended, pasted, or left by a removed
-grating.
+"""Adopting Diffraction groups that belong to no grating of the scene (appended, pasted, or left by a removed grating),
+and repairing the file's diffraction materials after data-blocks in them were deleted, replaced or edited.
 
-Giving an adopted grating the look of its material: what a further material then begins with.
-
-Repairing the file's diffraction materials after data-blocks in them were deleted, replaced or edited."""
+An adopted grating takes the look of its material: what a further material then begins with."""
 
 import contextlib
 import json

@@ -1,11 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Assigning a grating to meshes: as their material, or layered over the materials that they have.
+"""Assigning a grating to meshes, as their material or layered over the materials that they have, and removing it. Undo
+takes this back, and other objects stay unchanged.
 
-Each action returns lines to report: what was done, then warnings. Blender's status bar keeps the last line.
-
-Putting materials into slots of selected objects, without changing other objects, and so that it can be undone.
-
-Removing diffraction from objects, without changing other objects."""
+Each action returns lines to report: what was done, then warnings. Blender's status bar keeps the last line."""
 
 import bpy
 

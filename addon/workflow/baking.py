@@ -1,11 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Baking a grating in a separate process, and recording the bake.
-
-The light of a bake that serves the lamps of a scene.
-
-Giving a preset's grating the draft bake that the extension ships.
-
-Measuring, through a scene's cameras, which part of a grating's bake the scene needs."""
+"""Baking a grating in a separate process and recording the bake: as its settings say, for the lamps of a scene, or only
+the part that a scene's cameras need. A preset's grating may take the draft that the extension ships."""
 
 from __future__ import annotations
 
@@ -15,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import bpy
 
@@ -48,9 +43,6 @@ from ..materials.material import diffraction_nodes
 from ..materials.response import response_in, responses_in
 from .finding_bakes import bake_of
 from .making_materials import refresh_group
-
-if TYPE_CHECKING:
-    from ...precompute.bake.request import BakeRequest
 
 # Time limit in hours for each scan of a bake. On two cores, 8192 x 8192 pixels are baked and checked in 142 s
 # (docs/speed_against_error.md). The largest scan that a reader accepts, 90 million pixels, takes 190 s, and twice that
@@ -194,13 +186,13 @@ SAVING_MIN = 0.1
 
 @dataclass(frozen=True)
 class Measured:
-    """The needs of a scene, the facts about their measurement for a needs file, and lines to report. `pointless` says
-    why a bake for this scene would gain nothing; empty if it would."""
+    """The needs of a scene, the facts about their measurement for a needs file, and lines to report. `why_pointless`
+    says why a bake for this scene would gain nothing; empty if it would."""
 
     needs: Needs
     facts: dict[str, Any]
     lines: list[str]
-    pointless: str = ""
+    why_pointless: str = ""
 
     def as_dict(self) -> dict[str, Any]:
         """The contents of a needs file."""
@@ -254,10 +246,10 @@ def measure_needs(
         "objects": sorted({thing.name for thing in nodes.values()}),
     }  # fmt: skip
     lines = [_told(grating, needs, facts), *reasons, *_unseen(scene, carriers, nodes)]
-    return Measured(needs, facts, lines, pointless(grating, needs))
+    return Measured(needs, facts, lines, why_pointless(grating, needs))
 
 
-def pointless(grating: Grating, needs: Needs) -> str:
+def why_pointless(grating: Grating, needs: Needs) -> str:
     """A line if a bake of the needs would save too little memory compared with the present bake. Empty if it is worth
     its time, or if the present bake is already partial."""
     layout = _whole_layout(grating)

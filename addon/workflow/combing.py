@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Combing the selected meshes in a separate process: a smooth direction is laid over each and stored on it.
-
-Baking the direction of a mesh's grating into a direction map (direction/tangent_frame.py).
+"""Combing the selected meshes in a separate process, where a smooth direction is laid over each and stored on it; and
+baking the direction of a mesh's grating into a direction map (direction/tangent_frame.py).
 
 Cycles bakes a copy of the mesh, in a separate scene, with the material's own direction nodes. So the map is exact at
 pixel centres, and the artist's scene stays unchanged."""

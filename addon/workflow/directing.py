@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Choosing where a grating takes its direction from.
-
-The lines that show the direction of an object's grating: for each material slot, with Rotation included.
-
-Drawing the direction of the active object's grating in the 3D views. While the overlay is off, it costs no time."""
+"""Choosing where a grating takes its direction from, and drawing that direction in the 3D views: for each material slot
+of the active object, with Rotation included. While the overlay is off, it costs no time."""
 
 import sys
 from collections.abc import Callable

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finding the file of a grating's bake, or writing it again from pictures packed in the .blend.
-
-Warning about objects that show light from outside the region for which their grating was baked: there they are
-black.
+"""Finding the file of a grating's bake, or writing it again from pictures packed in the .blend; and warning about
+objects that show light from outside the region for which their grating was baked: there they are black.
 
 A few rays are cast through the scene's camera in the present frame, which takes a tenth of a second."""
 

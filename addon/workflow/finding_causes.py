@@ -48,20 +48,11 @@ class Findings:
     causes: list[Cause]
     summary: str
 
-    @property
-    def is_well(self) -> bool:
-        """Whether nothing hides the colours: there are only warnings, or nothing at all."""
-        return all(cause.is_warning for cause in self.causes)
-
-
-def find_causes(context: bpy.types.Context) -> list[Cause]:
-    """Why the active grating shows no colours in the context's scene: causes, the most decisive first, then warnings.
-    It looks through the 3D view, or through the camera if the view does. Nothing is changed."""
-    return findings(context).causes
-
 
 def findings(context: bpy.types.Context) -> Findings:
-    """The causes, and a sentence that names the first, or says that nothing hides the colours."""
+    """Why the active grating shows no colours in the context's scene: the causes, and a sentence that names the first,
+    or says that nothing hides the colours. It looks through the 3D view, or through the camera if the view does.
+    Nothing is changed."""
     subject = subject_of(context.scene, context.view_layer)
     if subject is None:
         first = before_assigning(context.scene)

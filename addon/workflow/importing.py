@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Importing height maps as gratings of a scene.
-
-The width that the import dialog offers for files that do not store theirs: from their names, else the last one."""
+"""Importing height maps as gratings of a scene, and the width that the dialog offers for files that do not store
+theirs: from their names, else the last one."""
 
 import json
 from collections.abc import Callable, Iterable, Sequence
@@ -215,8 +214,3 @@ def import_chosen(
         _last[:] = [size_um]
     notes = [f", width {size_um:.6g} um {origin}" if origin and size else "" for size in sizes]
     return [line + note for line, note in zip(lines, [max(notes)] if averaged else notes, strict=True)]
-
-
-def forget_width() -> None:
-    """Forget the last width, as in a new session."""
-    _last.clear()

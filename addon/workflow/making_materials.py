@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Making a grating's node group and its material.
-
-Applying a grating's settings to its materials as soon as an artist changes them.
-
-Varying a grating over the meshes that show it."""
+"""Making a grating's node group and its material, varying them over the meshes that show it, and applying a grating's
+settings as soon as an artist changes them."""
 
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -12,10 +9,9 @@ from typing import Any
 import bpy
 
 from ...precompute.base.failure import GratingError
-from ...precompute.surface.generated.parameters import title_of_stem
 from ...precompute.table.atlas import read_header
 from ..gratings.bakes import note_region
-from ..gratings.grating import ATTRIBUTE, LAMPS_ONLY, LIGHTS, NO_SAMPLE_SET, REST, Grating, Variation
+from ..gratings.grating import ATTRIBUTE, LAMPS_ONLY, LIGHTS, NO_SAMPLE_SET, Grating, Variation
 from ..gratings.own_names import follow_name, note_own
 from ..materials.direct.direct_response import direct_response
 from ..materials.group_properties import is_diffraction, variation_of
@@ -147,11 +143,6 @@ def lamps_alone(grating: Grating) -> list[str]:
     group = grating.group
     lacking = group is not None and grating.lit_by != LAMPS_ONLY and not answers_to_world(group)
     return [f"{grating.name}: {NO_SAMPLE_SET}"] if lacking else []
-
-
-def new_diffraction_group(path: Path, shadows: bool = True, lights: str = REST) -> bpy.types.NodeTree:
-    """A new Diffraction group from a bake's file. Raises GratingError if the file is not a bake."""
-    return group_around(title_of_stem(path.stem), response_of(path), shadows=shadows, lights=lights)
 
 
 def response_of(path: Path) -> Response:

@@ -1,14 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Adding presets as gratings of a scene.
+"""Adding presets as gratings of a scene, Show Me (a new scene with a preset on a thing, lit and ready to render), and
+adding nodes to the tree that an artist has open in the shader editor.
 
-Show Me: a new scene with a preset on a thing, lit and ready to render.
-
-Switching a window between the artist's scene and the scenes of Show Me.
-
-Adding nodes to the node tree that an artist has open in the shader editor: a grating's Diffraction group, ready to
-use, or a hologram's pattern.
-
-The new nodes are selected, and the first is active, so that they can follow the mouse together."""
+New nodes are selected, and the first is active, so that they can follow the mouse together."""
 
 import json
 from dataclasses import dataclass

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures of a grating in Blender's Image Editor: its heights, its spectrum, and the chart of its colours.
-
-Rendering the scene to a picture."""
+"""Rendering the scene to a picture, and pictures of a grating in Blender's Image Editor: its heights, its spectrum, and
+the chart of its colours."""
 
 from collections.abc import Callable
 from functools import partial

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The code in the second Blender: renders a world around a point and fits its sources (started by world_probe.py).
-
-A self-contained copy of a world, whose file includes no objects or scenes."""
+"""The code in the second Blender: renders a self-contained copy of a world, in a file without objects or scenes, around
+a point and fits its sources (started by world_probe.py)."""
 
 import contextlib
 import json

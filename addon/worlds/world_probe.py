@@ -1,14 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Looking at a world with a second Blender in the background.
+"""Looking at a world with a second Blender in the background, and at its nodes for changes: from frame to frame, and by
+a fingerprint, without a render.
 
 A render in this Blender would replace the artist's Render Result and block the interface. So second_blender.py renders
 a saved copy of the world in a Blender with factory settings: a panorama, and closer looks at small bright parts.
-
-A fingerprint of a world that changes when its light may have changed, computed from its nodes without a render.
-
-Whether a world's light may change from frame to frame.
-
-Sources hold the light of one frame and would be wrong in others, so an animated world has no sources."""
+Sources hold the light of one frame and would be wrong in others, so an animated world has none."""
 
 import hashlib
 import json

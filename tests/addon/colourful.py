@@ -26,7 +26,7 @@ def colourful(scene, watched):
 def found(addon):
     """The causes in the open scene."""
     bpy.context.view_layer.update()
-    return addon.finding_causes.find_causes(bpy.context)
+    return addon.finding_causes.findings(bpy.context).causes
 
 
 def kinds(addon):

@@ -51,7 +51,7 @@ def test_flss_is_the_patch_bake(addon, tmp_path):
     made = make([relief], BakeRequest(delta_e=0.5, needs=needs_of(view), model="patch"))
     path = tmp_path / "table.exr"
     write_together({path: (made.image, made.layout)}, {"precision": str(made.image.dtype)})
-    table = addon.making_materials.new_diffraction_group(path, shadows=False)
+    table = addon.skin.group_around("Table", addon.making_materials.response_of(path), shadows=False)
     reference = new_reference()
     truth = render(addon, table, view, tmp_path / "truth.exr")
     differences = colour_differences(render(addon, reference, view, tmp_path / "reference.exr"), truth)

@@ -66,7 +66,7 @@ from .mirror_kernel_nodes import mirror_kernel
 
 GROUP_PREFIX = "Diffraction Direct"
 # For the likely light: how much wider its kernel is, in variance. It must not be narrower anywhere, or the few samples
-# that hit what it does not know would be fireflies. And a zero order.
+# that hit what it does not know would be fireflies. Then, how much of its light a zero order is taken to have.
 _WIDER, _ZERO_ORDER_LIKELY = 4.0, 0.5
 
 
@@ -103,7 +103,7 @@ def build_direct_group(
     # Period Scale stretches the relief's own kernel, but not the blur by lamp and roughness.
     *places, share = table.around(blur * (period_scale * period_scale))
 
-    gain, reflectance = irradiance, None
+    reflectance = None
     if layout.holds_reflectance:
         slopes = small_slope_over_fresnel(tree, layout.ratio_ior, light=light, view=view, one_plus=half2 * 0.5)
     else:
@@ -117,7 +117,7 @@ def build_direct_group(
         tree, to_light, to_view, uv2=uv2 * layout.plate_ior**2 if plate.present else uv2, variance=disc,
         roughness=roughness,
     )  # fmt: skip
-    mirrored = image_of_lamp.value if reflectance is None else image_of_lamp.value * reflectance
+    mirror_factor = image_of_lamp.value if reflectance is None else image_of_lamp.value * reflectance
     if plate.present:
         factor = factor * plate.refracted(to_light, light)
         for way in (to_light, to_view):
@@ -134,7 +134,7 @@ def build_direct_group(
             zero_order = zero_order.times_plus(passed, more)
         return [*scattered_light, zero_order]
 
-    factors = [gain * scattered] * sum(place is not None for place in places) + [gain * mirrored]
+    factors = [irradiance * scattered] * sum(place is not None for place in places) + [irradiance * mirror_factor]
 
     def radiances(colours: list[Value]) -> list[Value]:
         """The finer radiance, the coarser one, and that of the mirror image, from their colours."""
@@ -148,13 +148,13 @@ def build_direct_group(
         colours = LampColours(tree, lamp_table, asked[SPECTRUM.name], layout.triples)
         others = [channels(triple) for triple in range(1, layout.triples)]
         of_lamp = radiances([colours.shown(triples) for triples in zip(xyz, *others, strict=True)])
-    near = image_of_lamp.is_near * zero_order
+    mirror_share = image_of_lamp.is_near * zero_order
     # Constants in Cycles for suns: the variance of a lamp at the normal, and wider than the kernel on purpose.
     wide = (largest + tree.squared(roughness * roughness) * 2.0).times_plus(_WIDER, _WIDER * layout.sigma_b**2)
     likely = table.likely(wide * (period_scale * period_scale)) * tree.maximum(light.cosine, 0.0)
     wide = image_of_lamp.spread * _WIDER
     at_mirror = wide * (_ZERO_ORDER_LIKELY / (2 * math.pi) / layout.scale) * zero_order
     likely = likely + at_mirror / tree.squared(image_of_lamp.away2 + wide)
-    tree.output(finer, coarser, share, mirrored, near, likely, *of_lamp)
+    tree.output(finer, coarser, share, mirrored, mirror_share, likely, *of_lamp)
     arrange(group)
     return Response(group)

@@ -1,19 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A hologram in a material: the node of its pattern before a Diffraction node.
+"""A hologram in a material: the node group of its pattern, from Blender's own nodes, before a Diffraction node.
 
-The pattern's inputs take over the values and links that the Diffraction node had. Removing it gives them back.
-
-The patterns of holograms as node groups of Blender's own nodes.
-
-A pattern gives a turn t in radians, a stretch s of the period and a share a of the strength at each place:
+The pattern's inputs take over the values and links that the Diffraction node had. Removing it gives them back. A
+pattern gives a turn t in radians, a stretch s of the period and a share a of the strength at each place:
 
     Rotation (out) = Rotation + t,    Period Scale (out) = Period Scale * s,    Strength (out) = Strength * a
 
 The place is (x, y) = (u, Aspect v), in which a surface keeps its shape. A cell or a shard has random numbers q from 0
 to 1, from which come t = Turn (2 q - 1) and s = Spread^(2 q - 1): a stretch by a factor is as frequent as a shrink by
-it.
-
-The picture of a hologram: data that the pattern reads as it is in the file."""
+it. A hologram's picture is data that the pattern reads as it is in the file."""
 
 from collections.abc import Callable, Iterable, Mapping
 from math import pi, tau

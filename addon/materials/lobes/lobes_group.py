@@ -37,17 +37,8 @@ direction at random instead, and the closure is a perfect mirror. The place wher
 cases, so that the colours of many draws add up correctly. A wide closure cannot tell in which of its directions the
 light is, so with it the kernel blurs the colours twice.
 
-Drawing a random texel of a sample set and a random wavelength in each shading sample.
-
-The White Noise node turns the shaded position into three random numbers. Positions differ, so each sample is a new
-draw. Two numbers choose a texel, and the third chooses a wavelength.
-
-A baked surface and the direction to its viewer, as the nodes of the World group use them.
-
-The mirror image (the zero order) of a baked surface, as the colour of one glossy closure around its normal.
-
-The closure is as rough as the skin, so Blender blurs the image by the lamp's disc and the roughness alone. Its colour
-is what the zero order reflects along the mirror direction of the viewer."""
+The closure of the mirror image (the zero order) is as rough as the skin, so Blender blurs the image by the lamp's disc
+and the roughness alone. Its colour is what the zero order reflects along the mirror direction of the viewer."""
 
 from __future__ import annotations
 
@@ -92,7 +83,8 @@ _ILLUMINANT = "ng_wavelengths"
 
 @dataclass(frozen=True)
 class Draw:
-    """A random draw.
+    """A random texel of a sample set and a random wavelength, drawn anew in each shading sample. The White Noise node
+    turns the shaded position into three random numbers: two choose the texel, the third chooses the wavelength.
 
     q           both components of the frequency q, times the sample set's wavelength
     wavelength  over the sample set's wavelength

@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Making diffraction follow a scene's lamps.
-
-Leaving a lamp out of the diffraction, or keeping it in.
-
-Adding a sun lamp in place of the sun disc of the world's sky."""
+"""Making diffraction follow a scene's lamps: which of them count, and a sun lamp in place of the disc of the world's
+sky."""
 
 from math import radians
 from typing import TYPE_CHECKING
@@ -51,7 +48,7 @@ def update_lamps(scene: bpy.types.Scene, *, exactly: bool = True, in_viewport: b
 
 
 def lit_boxes(scene: bpy.types.Scene) -> "np.ndarray":
-    """The bounding boxes of the scene's objects that show diffraction (group_users.boxes_showing)."""
+    """The bounding boxes of the scene's objects that show diffraction (material.boxes_showing)."""
     from ...materials.material import boxes_showing  # most files never need this module
 
     return boxes_showing(scene)

@@ -134,7 +134,7 @@ def test_another_scenes_grating_is_offered_where_an_object_shows_it(scene, grati
 
 def test_materials_of_osl_and_unused_ones_are_not_offered(scene, grating, addon, baked):
     scene.render.engine = "CYCLES"  # Blender compiles scripts only under Cycles
-    addon.making_materials.new_diffraction_group(baked)
+    addon.skin.group_around("Unused", addon.making_materials.response_of(baked))
     bpy.context.object.data.materials.append(addon.making_osl_references.reference_from_bake(scene, baked))
     assert addon.material.strays(scene) == []
 

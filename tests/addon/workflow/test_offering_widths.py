@@ -13,9 +13,9 @@ from tests.addon.conftest import reports
 
 @pytest.fixture(autouse=True)
 def new_session(addon):
-    addon.importing.forget_width()
+    addon.importing._last.clear()
     yield
-    addon.importing.forget_width()
+    addon.importing._last.clear()
 
 
 @pytest.fixture
