@@ -78,9 +78,8 @@ from .shadow import hit, ray_start
 _FILTER = 0.0768
 # In EEVEE, up to this many samples each count; of many samples, one in this many counts.
 _EEVEE_FEW, _EEVEE_SHARE = 4, 4
-# The largest variance of the normals, in rad2. A needle a tenth of a pixel wide would be 4.1 times too bright without
-# this limit, and is 1.1 times too bright with it. A snake rendered with 16 samples has the same error either way
-# (tests/render/test_footprint.py).
+# The largest variance of the normals, in rad2. Without this limit, a needle a tenth of a pixel wide would be several
+# times too bright.
 MOST = 0.005
 # The width of a pixel for the scene's camera: per distance for a perspective camera, constant for an orthographic one.
 _PIXELS = "(max(width, height) * percent / 100)"
