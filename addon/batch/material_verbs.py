@@ -27,9 +27,13 @@ from .operator_options import add_properties, add_property, values
 _OTHERS_MAX = 2
 
 
+def _add_bake(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("bake", type=name_argument, metavar="BAKE", help="the .exr that `bake` wrote, or its folder")
+
+
 def assign_options(parser: argparse.ArgumentParser) -> None:
     """The arguments of `assign`."""
-    parser.add_argument("bake", type=name_argument, metavar="BAKE", help="the .exr that `bake` wrote, or its folder")
+    _add_bake(parser)
     add_objects(parser)
     parser.add_argument(
         "--lights",
@@ -78,7 +82,7 @@ def run_assign(arguments: argparse.Namespace) -> None:
 
 def vary_options(parser: argparse.ArgumentParser) -> None:
     """The arguments of `vary`."""
-    parser.add_argument("bake", type=name_argument, metavar="BAKE", help="the .exr that `bake` wrote, or its folder")
+    _add_bake(parser)
     parser.add_argument(
         "--with", action="append", type=_shared, metavar="BAKE=SHARE", dest="others", default=[],
         help="another bake to mix in, and its share of the surface from 0 to 1 (at most twice)",

@@ -23,9 +23,12 @@ def add_property(
 ) -> None:
     """Add an option for a property of an operator. `flag` is the option if it differs from the property's name;
     without dashes it is a positional argument of this name. `more` are further arguments of argparse."""
-    declared, flag = _properties(operator)[name], flag or f"--{name.replace('_', '-')}"
-    is_option, text = flag.startswith("-"), declared.description
-    text = text if text[1].isupper() else text[0].lower() + text[1:]
+    declared = _properties(operator)[name]
+    flag = flag or f"--{name.replace('_', '-')}"
+    is_option = flag.startswith("-")
+    text = declared.description
+    if not text[1].isupper():  # not "UV map"
+        text = text[0].lower() + text[1:]
     if declared.type == "ENUM":
         words = {_word(item.identifier): item.description for item in declared.enum_items}
         text = f"{text}: {'; '.join(f'{word}: {told}' for word, told in words.items())}"

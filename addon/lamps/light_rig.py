@@ -68,8 +68,8 @@ def variance_of(kind: str, sizes: tuple[float, float]) -> float:
     return (width**2 + height**2) / 24 if kind == "AREA" else width * height / 16
 
 
-def is_of_rig(thing: bpy.types.Object) -> bool:
-    """Whether an object is a lamp of a light rig."""
+def is_of_rig(thing: bpy.types.Object | bpy.types.Collection) -> bool:
+    """Whether an object is a lamp of a light rig, or a collection that of its lamps."""
     return bool(getattr(thing, RIG, False))
 
 
@@ -92,7 +92,7 @@ def replace_rig(scene: bpy.types.Scene, lamps: Sequence[RigLamp], middle: np.nda
 def _collection_of(scene: bpy.types.Scene) -> bpy.types.Collection:
     """The scene's collection of rig lamps, made if missing."""
     for each in scene.collection.children_recursive:
-        if each.library is None and getattr(each, RIG):
+        if each.library is None and is_of_rig(each):
             return each
     made = bpy.data.collections.new(COLLECTION)
     setattr(made, RIG, True)

@@ -612,11 +612,14 @@ def listed(cache: Cache, entry: Entry) -> Listed:
     if record is None:
         return Listed(entry, "", math.nan, State.IN_USE if cache.is_held(entry.key) else State.DAMAGED)
     sizes = {name: _size_of(told) for name, told in record.fingerprints.items()}
-    state = State.OTHER_VERSION if _is_of_other_version(record) else State.WHOLE
-    if not all(_has(cache.file(entry.key, name), size) for name, size in sizes.items()):
+    if cache.is_held(entry.key):
+        state = State.IN_USE
+    elif not all(_has(cache.file(entry.key, name), size) for name, size in sizes.items()):
         state = State.DAMAGED
+    else:
+        state = State.OTHER_VERSION if _is_of_other_version(record) else State.WHOLE
     name = next((Path(name).stem for name in record.fingerprints), "")
-    return Listed(entry, name, _p99(record.facts), State.IN_USE if cache.is_held(entry.key) else state)
+    return Listed(entry, name, _p99(record.facts), state)
 
 
 def damaged(cache: Cache, progress: Progress, *, remove: bool) -> Iterator[tuple[Listed, bool]]:

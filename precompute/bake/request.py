@@ -125,11 +125,8 @@ def request_from(record: object, source: str) -> BakeRequest:
     for key in record:
         if key not in known:
             raise GratingError(source, f"{key:.40}: no such key of a request", f"there are {', '.join(sorted(known))}")
-    optional = {
-        key: None if record.get(key) is None else number_in(source, key, record[key], limits=limits)
-        for key, limits in (("coherence_um", COHERENCE_UM), ("spread_deg", SPREAD_DEG))
-    }
-    length_um = optional["coherence_um"]
+    length_um = _number_or_none(source, record, "coherence_um", COHERENCE_UM)
+    levelling = None if "levelling" not in record else _list(source, "levelling", record["levelling"])
     return BakeRequest(
         delta_e=number_in(source, "delta_e", record.get("delta_e", 1.0), limits=DELTA_E),
         coherence_length_m=None if length_um is None else length_um * 1e-6,
@@ -137,12 +134,10 @@ def request_from(record: object, source: str) -> BakeRequest:
         matter=_named(source, record, "matter", default=DIELECTRIC, read=parse),
         needs=needs_of(record["needs"], source) if "needs" in record else EVERYTHING,
         model=_one_of(source, "model", record.get("model", "ensemble"), MODELS),
-        levelling=DEFAULT
-        if "levelling" not in record
-        else steps_of(_list(source, "levelling", record["levelling"]), f"{source}: levelling"),
+        levelling=DEFAULT if levelling is None else steps_of(levelling, f"{source}: levelling"),
         scans=_scans(source, _list(source, "scans", record.get("scans", []))),
         patch_um=None if record.get("patch_um") is None else _place(source, record["patch_um"]),
-        spread_deg=optional["spread_deg"],
+        spread_deg=_number_or_none(source, record, "spread_deg", SPREAD_DEG),
     )
 
 
@@ -160,11 +155,17 @@ def _scan(source: str, record: Any) -> Scan:
         raise GratingError(source, f"scans: channel: cannot be {channel!r:.30}", "give a name")
     if not can_be_a_path(record["source"]):
         raise GratingError(source, "scans: source: not a file name", "give the name of the scan's file")
-    size_um, height_nm = (
-        None if record.get(key) is None else number_in(source, f"scans: {key}", record[key], limits=limits)
-        for key, limits in (("size_um", SIZE_UM), ("height_nm", HEIGHT_NM))
-    )
+    size_um = _number_or_none(source, record, "size_um", SIZE_UM, within="scans: ")
+    height_nm = _number_or_none(source, record, "height_nm", HEIGHT_NM, within="scans: ")
     return Scan(record["source"], size_um, height_nm, channel)
+
+
+def _number_or_none(
+    source: str, record: Mapping[str, Any], key: str, limits: tuple[float, float], *, within: str = ""
+) -> float | None:
+    """The number under a key, or None if it is missing or null. `within`: what errors say before the key."""
+    value = record.get(key)
+    return None if value is None else number_in(source, f"{within}{key}", value, limits=limits)
 
 
 def _list(source: str, key: str, value: Any) -> list[Any]:

@@ -104,11 +104,8 @@ def _verify(cache: Cache, arguments: argparse.Namespace) -> None:
         "damaged": [{**_facts_of(each), "removed": removed} for each, removed in found],
     }  # fmt: skip
     lines = [f"{_line(each)}{', removed' if removed else ''}" for each, removed in found]
-    whole = f"{cache.folder}: {_bakes(entries)}, none is damaged"
-    if others := sum(listed(cache, entry).state == State.OTHER_VERSION for entry in cache.entries()):
-        whole += f"; {others} of another version, which only `cache prune` removes"
     if not found or arguments.json:
-        emit(facts, arguments.json, lambda: [whole])
+        emit(facts, arguments.json, lambda: [_none_is_damaged(cache, entries)])
     else:
         emit(facts, None, lambda: lines)
     if found:
@@ -118,6 +115,12 @@ def _verify(cache: Cache, arguments: argparse.Namespace) -> None:
             "the damaged bakes are removed; the next bakes make them again" if all_removed else "run verify --remove"
         )
         raise GratingError(cache.folder, f"{len(found)} of {_bakes(entries)} {is_} damaged", remedy)
+
+
+def _none_is_damaged(cache: Cache, entries: int) -> str:
+    line = f"{cache.folder}: {_bakes(entries)}, none is damaged"
+    others = sum(listed(cache, entry).state == State.OTHER_VERSION for entry in cache.entries())
+    return f"{line}; {others} of another version, which only `cache prune` removes" if others else line
 
 
 def _facts_of(each: Listed) -> Mapping[str, Any]:
