@@ -58,11 +58,10 @@ COARSER_SHARE = Socket("Coarser Share", "Float", "Share of the coarser in their 
 MIRRORED = Socket("Mirror", "Color", "Radiance of the mirror reflection")
 MIRRORED_SHARE = Socket("Mirror Share", "Float", "Share of the mirror reflection; 0 where there is none")
 LIKELY = Socket("Likely", "Float", "About the light per irradiance, at little cost, for a choice among lamps")
-# The outputs of a response with one radiance, of a response with a radiance at each of two blur levels as earlier
-# versions made it, and of one with the mirror image apart.
+# The outputs of a response with one radiance (a shader's), and of one with a radiance at each of two blur levels and
+# the mirror image apart.
 ONE_RADIANCE = (RADIANCE,)
-TWO_RADIANCES = (*ONE_RADIANCE, COARSER, COARSER_SHARE)
-RADIANCES = (*TWO_RADIANCES, MIRRORED, MIRRORED_SHARE, LIKELY)
+RADIANCES = (*ONE_RADIANCE, COARSER, COARSER_SHARE, MIRRORED, MIRRORED_SHARE, LIKELY)
 # The radiances under a lamp of a SPECTRUM, which a bake of more channels than XYZ also has.
 OF_LAMP = {
     each: Socket(f"{each.name} of Lamp", "Color", f"{each.text}, by the lamp's own spectrum")
@@ -193,8 +192,8 @@ def is_in_other_space(response: Response) -> bool:
 @dataclass(frozen=True)
 class Response:
     """A node group that computes the light of one lamp: its inputs are among QUESTION, its outputs ONE_RADIANCE,
-    TWO_RADIANCES, RADIANCES, or with the input SPECTRUM also SPECTRAL_RADIANCES. `world` is the node group for light
-    from all directions; None if there is none."""
+    RADIANCES, or with the input SPECTRUM also SPECTRAL_RADIANCES. `world` is the node group for light from all
+    directions; None if there is none."""
 
     group: bpy.types.NodeTree
     world: bpy.types.NodeTree | None = None
@@ -307,7 +306,7 @@ def _has_answer(label: str, tree: bpy.types.NodeTree) -> bool:
     """Whether a node group has the sockets that belong to the label of its node."""
     if label.startswith(_WORLD_LABEL):
         return any(has_sockets(tree, WORLD_QUESTION, answer) for answer in (WORLD_ANSWER, SPECTRAL_WORLD_ANSWER))
-    kinds = (SPECTRAL_RADIANCES, RADIANCES, TWO_RADIANCES, ONE_RADIANCE)
+    kinds = (SPECTRAL_RADIANCES, RADIANCES, ONE_RADIANCE)
     return any(has_sockets(tree, (), outputs) for outputs in kinds)
 
 

@@ -72,7 +72,7 @@ class Record:
     """The record of an entry: all that the bake depends on, the facts of the bake, with the names of its files under
     `files`, and for each file its fingerprint."""
 
-    of: Any
+    of: dict[str, Any]
     facts: dict[str, Any]
     fingerprints: dict[str, Any]
 
@@ -112,11 +112,11 @@ class Cache:
         """The record of an entry; None if it is missing or damaged."""
         try:
             kept = read_json(self._record_path(key), "bake it again")
-            fingerprints = dict(kept["files"])
+            of, fingerprints = dict(kept["of"]), dict(kept["files"])
             facts = {**kept["facts"], "files": list(kept["files"])}
         except (GratingError, KeyError, TypeError, ValueError):
             return None
-        return Record(kept.get("of"), facts, fingerprints) if all(map(_is_plain, fingerprints)) else None
+        return Record(of, facts, fingerprints) if all(map(_is_plain, fingerprints)) else None
 
     def file(self, key: str, name: str) -> Path:
         """The path of an entry's file."""
@@ -647,7 +647,7 @@ def damaged(cache: Cache, progress: Progress, *, remove: bool) -> Iterator[tuple
 
 def _is_whole(cache: Cache, key: str) -> bool:
     record = cache.record(key)
-    if record is None or (record.of is not None and key_of(record.of) != key):
+    if record is None or key_of(record.of) != key:
         return False
     files = {cache.file(key, name): told for name, told in record.fingerprints.items()}
     try:
@@ -658,10 +658,9 @@ def _is_whole(cache: Cache, key: str) -> bool:
 
 
 def _is_of_other_version(record: Record) -> bool:
-    """Whether another version of the extension made a bake, whose headers this one may not read. The first versions
-    recorded nothing of what a bake depends on."""
-    versions = record.of.get("versions") if isinstance(record.of, dict) else None
-    return record.of is None or (isinstance(versions, list) and versions[:2] != [FORMAT, BAKE_VERSION])
+    """Whether another version of the extension made a bake, whose headers this one may not read."""
+    versions = record.of.get("versions")
+    return isinstance(versions, list) and versions[:2] != [FORMAT, BAKE_VERSION]
 
 
 def _has(file: Path, size_bytes: Any) -> bool:

@@ -32,21 +32,6 @@ PARAMETERS: dict[str, Number] = {
         Number("seed", 0, 2**31 - 1, whole=True),
     )
 }
-# What each parameter means, for the pages and the panel.
-MEANINGS: dict[str, str] = {
-    "period_um": "Distance between neighbouring lines, in micrometres",
-    "depth_nm": "Height from the lowest to the highest point of a line, in nanometres",
-    "angle_deg": "Blaze angle: the slope of the long facets, in degrees",
-    "duty": "Width of the ridge, pit or groove, as a fraction of the period",
-    "bit_nm": "Length of a channel bit along the track, in nanometres. Pits are 3 to 11 bits long",
-    "roundness": "Shape of the groove, from a V (0) to a cosine (1)",
-    "modulation_nm": "Largest sideways swing of a groove, in nanometres",
-    "wave_um": "Shortest wave of the signal along the groove, in micrometres. The longest wave is 8 times as long",
-    "period_disorder": "Variation (standard deviation) of the period, as a fraction of it",
-    "depth_disorder": "Variation (standard deviation) of the depth, as a fraction of it",
-    "direction_disorder_deg": "Variation (standard deviation) of the direction, in degrees",
-    "seed": "Number that chooses the random values",
-}
 
 
 @dataclass(frozen=True)
