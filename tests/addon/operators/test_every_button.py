@@ -10,7 +10,6 @@ from tests.addon.direction.test_seams import grid, turn_uv
 
 # Arguments that make an operator quick, or let it do something.
 GIVEN = {
-    "add_preset": {"preset": "gold_foil"},
     "add_snake": {"faces": 11_000},
     "add_shed_skin": {"faces": 11_000},
     "bake_direction_map": {"size": 16},
@@ -20,7 +19,6 @@ GIVEN = {
     "import_height_map": {"filepath": "sample:flat"},
     "lights": {"lights": "LAMPS"},
     "make_assets": {"presets": "unknown"},
-    "show_me": {"preset": "gold_foil"},
     "unwrap": {"size": 16, "method": "MINIMUM_STRETCH"},
     "vary": {"turn": 0.3},
 }
