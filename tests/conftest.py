@@ -105,9 +105,8 @@ def kept_groups(tmp_path_factory):
 
 @pytest.fixture(autouse=True)
 def _bakes_groups_are_kept(request, monkeypatch):
-    """In suites inside Blender, read the groups of a bake instead of building them again. The tests of materials and
-    nodes build them."""
-    if {"scene", "stage"} & set(request.fixturenames) and not {"materials", "nodes"} & set(request.path.parts):
+    """In suites inside Blender, read the groups of a bake instead of building them again."""
+    if {"scene", "stage"} & set(request.fixturenames):
         addon, kept = request.getfixturevalue("addon"), request.getfixturevalue("kept_groups")
         module = addon.direct_response
         for name, result in (

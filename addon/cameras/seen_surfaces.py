@@ -62,7 +62,9 @@ def seen_by(
     found: dict[tuple[Any, ...], _Hits] = {}
     for number, (origin, direction) in enumerate(zip(origins.tolist(), directions.tolist(), strict=True)):
         hit, point, face, thing, matrix = _first(scene, depsgraph, Vector(origin), Vector(direction))
-        if not hit or thing is None or thing.type != "MESH" or (thing, tuple(map(tuple, matrix))) in foreign:
+        if not hit or thing is None or thing.type != "MESH":
+            continue
+        if (place := (thing, tuple(map(tuple, matrix)))) in foreign:
             continue
         if thing.original.data.is_editmode:  # its faces cannot be read
             continue
@@ -73,7 +75,7 @@ def seen_by(
         node = mesh.nodes[slot]
         if node is None:
             continue
-        key = (thing, tuple(map(tuple, matrix)), slot)
+        key = (*place, slot)
         if key not in found:
             found[key] = _Hits(thing, matrix.copy(), node, [], [], [])
         hits = found[key]

@@ -44,7 +44,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from statistics import NormalDist
 
 import bpy
@@ -174,6 +174,7 @@ def wavelengths_image(illuminant: str, reference_m: float) -> bpy.types.Image:
     return image
 
 
+@cache
 def _even_normals(count: int) -> np.ndarray:
     """Pairs (count, 2) of independent standard normal numbers, from Sobol's sequence: any 2^n successive pairs, from a
     multiple of 2^n on, are evenly distributed."""

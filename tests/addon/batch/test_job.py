@@ -95,7 +95,8 @@ def test_all_pictures_are_rendered_once(addon, job, tmp_path, capfd):
 def test_a_cut_picture_is_no_picture(addon, job, tmp_path, monkeypatch, capfd):
     """A limit on the size of files stands for a full disk: Blender renders, writes a part and reports success."""
     resource = pytest.importorskip("resource", reason="this system has no limit of a file's size")
-    job.write_text(job.read_text().replace("= 16", "= 96"))
+    one = job.read_text().replace("= 16", "= 96").replace("[1, 2]", "[1]").replace("[0, 90]", "[0]")
+    job.write_text(one)
     assert addon.commands.execute(["job", str(job), "--step", "bake"]) == 0
     render, limits = addon.worker.render, resource.getrlimit(resource.RLIMIT_FSIZE)
 
@@ -113,9 +114,9 @@ def test_a_cut_picture_is_no_picture(addon, job, tmp_path, monkeypatch, capfd):
     (log,) = [
         path.read_text() for path in (tmp_path / "out" / "logs").glob("*") if '"event": "failed"' in path.read_text()
     ]
-    assert "waves_x1_Sun-a0.exr: cannot be written (Blender wrote only a part of it); check its folder" in log
+    assert "waves.exr: cannot be written (Blender wrote only a part of it); check its folder" in log
     assert addon.commands.execute(["job", str(job), "--step", "frames"]) == 0
-    assert len(list((tmp_path / "out" / "pictures").glob("*.exr"))) == 4
+    assert len(list((tmp_path / "out" / "pictures").glob("*.exr"))) == 1
 
 
 def test_a_task_removes_what_a_killed_task_left(addon, job, tmp_path):
@@ -183,8 +184,9 @@ def test_a_task_renders_its_part(addon, job, tmp_path):
     assert [path.stem for path in (tmp_path / "out" / "pictures").glob("*.exr")] == [NAMES[3]]
 
 
-def test_a_bake_for_what_the_pictures_show(addon, job, tmp_path):
+def test_a_bake_for_what_the_pictures_show(addon, job, tmp_path, monkeypatch):
     """Its needs are those of both zooms and both suns, and it is smaller than the whole bake."""
+    monkeypatch.setattr(addon.baking, "_RAYS_LEAST", 500)
     job.write_text(job.read_text().replace('output = "out"', 'output = "out"\nneeds = true'))
     assert addon.commands.execute(["job", str(job), "--step", "needs"]) == 0
     record = json.loads((tmp_path / "out" / "needs" / "waves.json").read_text())

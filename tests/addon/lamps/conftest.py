@@ -23,7 +23,9 @@ def equal_lamps(scene, count, kind="POINT"):
 
 @pytest.fixture
 def eight_lamps(addon, monkeypatch):
-    """Let at most eight lamps light diffraction, so that a test of the choice among more needs few."""
+    """Let at most eight lamps light diffraction, so that a test of the choice among more needs few. The choice needs no
+    nodes."""
+    monkeypatch.setattr(addon.lighting, "show_lamps", lambda **_: None)
     monkeypatch.setattr(addon.find, "LAMPS_MAX", 8)
     monkeypatch.setattr(addon.lighting, "LAMPS_MAX", 8)
 

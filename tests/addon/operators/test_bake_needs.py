@@ -14,8 +14,9 @@ def ranges(needs):
 
 
 @pytest.fixture
-def coarse(scene, watched, scan):
-    """The watched plane's grating, baked coarsely from its scan and assigned."""
+def coarse(scene, watched, scan, addon, monkeypatch):
+    """The watched plane's grating, baked coarsely from its scan and assigned; few rays measure what the scene needs."""
+    monkeypatch.setattr(addon.baking, "_RAYS", 2000)
     scene.natural_gratings.items.clear()
     bpy.data.materials.remove(watched.active_material)
     bpy.ops.grating.import_height_map(filepath=str(scan), size_um=4, height_nm=100)

@@ -30,7 +30,7 @@ SPECIES = ("XENOPELTIS", "ELAPHE")
 POSES = ("COILED", "S", "RESTING", "REARING")
 
 
-@pytest.mark.short("11000", "200000", "1000000-ELAPHE")
+@pytest.mark.short("11000", "200000")
 @pytest.mark.parametrize("species", SPECIES)
 @pytest.mark.parametrize("faces", [11_000, 50_000, 200_000, 1_000_000])
 def test_the_number_of_faces_is_near_the_one_asked_for(make, species, faces):
@@ -56,7 +56,9 @@ def test_the_mesh_is_closed_and_every_face_has_an_area(make, species, pose):
 
 @pytest.mark.parametrize("faces", [11_000, 1_000_000])
 def test_no_face_is_without_area_at_the_fewest_and_the_most_faces(make, faces):
-    assert np.linalg.norm(face_areas(make(faces=faces)), axis=1).min() > 1e-14
+    shape = make(faces=faces)
+    assert len(shape.starts) == pytest.approx(faces, rel=0.05)
+    assert np.linalg.norm(face_areas(shape), axis=1).min() > 1e-14
 
 
 @pytest.mark.parametrize("species", SPECIES)
@@ -155,7 +157,7 @@ def turns_within_plates(room, shape):
 @pytest.mark.parametrize("flatness", [0.75, 1.0])
 def test_flat_plates_take_away_their_share_of_the_bodys_roundness(room, make, flatness):
     round_plates, flat = (
-        turns_within_plates(room, make("XENOPELTIS", "S", 1_000_000, flatness=value)) for value in (0.0, flatness)
+        turns_within_plates(room, make("XENOPELTIS", "S", 500_000, flatness=value)) for value in (0.0, flatness)
     )
     assert len(flat) > 50
     # A plate takes away the mean turn under its inner part; the outer parts of the body are a little rounder.

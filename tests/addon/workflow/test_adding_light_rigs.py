@@ -25,8 +25,12 @@ U_LOW, U_HIGH = 380 / 500 - 0.052, 720 / 500 + 0.052
 
 
 @pytest.fixture
-def lit(watched):
-    """The watched plane, without its rig afterwards."""
+def lit(watched, addon, monkeypatch):
+    """The watched plane, without its rig afterwards. Forty patches of so even a plane find what 80 do, and lamps need
+    no nodes."""
+    for name, fewer in {"_PATCHES": 40, "_MORE_PATCHES": 60, "_SHADOW_PLACES": 3}.items():
+        monkeypatch.setattr(addon.adding_light_rigs, name, fewer)
+    monkeypatch.setattr(addon.lighting, "show_lamps", lambda **_: None)
     yield watched
     for collection in list(bpy.data.collections):
         bpy.data.collections.remove(collection)

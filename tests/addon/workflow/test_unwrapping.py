@@ -171,7 +171,7 @@ def children(process):
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="asks Linux for the processes")
 def test_a_crash_of_xatlas_is_one_line_and_nothing_changes(scene, addon, tmp_path):
     """The process is killed while it works."""
-    bpy.ops.mesh.primitive_uv_sphere_add(segments=400, ring_count=200)
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=120, ring_count=60)
     mesh = bpy.context.object
     unwrapping = addon.unwrapping.Unwrapping(mesh, addon.unwrapping.Packing())
     (verb,) = children(unwrapping.job._process.pid)
