@@ -227,8 +227,8 @@ def mirror_skin(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def disc(tmp_path_factory):
-    """A bake of the CD sample as a perfect mirror under a plate, with its sample set: its file and its table."""
-    return _baked_by_command(tmp_path_factory, "cd", "--matter", "plate 1.585, mirror")
+    """The same for the CD sample as a perfect mirror under a plate."""
+    return _baked_by_command(tmp_path_factory, "cd", "--matter", "plate 1.585, mirror", coherence_um=12)
 
 
 @pytest.fixture(scope="session")
@@ -240,18 +240,19 @@ def flat(tmp_path_factory):
 @pytest.fixture(scope="session")
 def deep_skin(tmp_path_factory):
     """The same for the Xenopeltis sample, whose zero order changes most near the horizon."""
-    return _baked_by_command(tmp_path_factory, "xenopeltis")
+    return _baked_by_command(tmp_path_factory, "xenopeltis", coherence_um=12)
 
 
 @pytest.fixture(scope="session", params=["mirror", "gold", "6x(1.68/80nm, 1.56/90nm), 1.56"])
 def matter_skin(request, tmp_path_factory):
     """The same for the blazed sample in a matter whose reflectance the table holds."""
-    return _baked_by_command(tmp_path_factory, "blazed", "--matter", request.param)
+    return _baked_by_command(tmp_path_factory, "blazed", "--matter", request.param, coherence_um=12)
 
 
-def _baked_by_command(tmp_path_factory, sample, *more):
+def _baked_by_command(tmp_path_factory, sample, *more, coherence_um=30):
+    """A short coherence makes the bake, and an integral over its table, in seconds."""
     folder = tmp_path_factory.mktemp("skin")
-    asked = [f"sample:{sample}", "--coherence-um", "30", "--delta-e", "1", *more, "-o", str(folder)]
+    asked = [f"sample:{sample}", "--coherence-um", str(coherence_um), "--delta-e", "1", *more, "-o", str(folder)]
     subprocess.run([sys.executable, "-m", "precompute", "bake", *asked], cwd=ROOT, check=True, capture_output=True)
     path = folder / f"{sample}.exr"
     return path, atlas.read(path)[0]

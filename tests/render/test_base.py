@@ -68,13 +68,19 @@ def wanted(matter, ior):
     return np.broadcast_to(1 - covered * reflectance, (len(ANGLES), len(SETTINGS), 3))
 
 
+MATTERS = (
+    *(("dielectric", ior) for ior in (1.1, 1.56, 3.0)),
+    *((matter, 1.56) for matter in ("6x(1.68/80nm, 1.56/90nm), 1.56", "ZnS 2.37/60nm, 1.5", "plate 1.585, aluminium")),
+    *((matter, 1.56) for matter in ("plate 1.5, ZnS 2.37/60nm, 1.5", "gold")),
+)
+
+
+@pytest.mark.short("cycles", "dielectric-3.0", "eevee-plate 1.5, ZnS", "eevee-gold")
+@pytest.mark.parametrize(("matter", "ior"), MATTERS)
 @pytest.mark.parametrize("engine", ["cycles", "eevee"])
-def test_the_base_has_what_is_not_reflected(stage, planes, engine):
-    dielectrics = [("dielectric", ior) for ior in (1.1, 1.56, 3.0)]
-    others = ("6x(1.68/80nm, 1.56/90nm), 1.56", "ZnS 2.37/60nm, 1.5", "plate 1.5, ZnS 2.37/60nm, 1.5", "gold")
-    for matter, ior in (*dielectrics, *((each, 1.56) for each in (*others, "plate 1.585, aluminium"))):
-        shown, expected = picture_of(stage, planes, engine, [matter], ior), wanted(matter, ior)
-        np.testing.assert_allclose(shown, expected, atol=LIMIT, err_msg=f"{matter}, {ior}")
+def test_the_base_has_what_is_not_reflected(stage, planes, engine, matter, ior):
+    shown = picture_of(stage, planes, engine, [matter], ior)
+    np.testing.assert_allclose(shown, wanted(matter, ior), atol=LIMIT)
 
 
 def test_the_base_under_several_matters(stage, planes):

@@ -134,6 +134,7 @@ def test_a_picture_s_hue_turns_and_its_value_dims(stage, plane, engine, cells, t
     np.testing.assert_allclose(middle, wanted, atol=SHOWN * TOLERANCE)
 
 
+@pytest.mark.short("cycles")
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_still_dot_matrix_and_a_plain_hue_are_the_plain_picture(stage, plane, gold, engine, tmp_path):
     """Against the same material with the numbers set by hand, at the settings of a real bake."""

@@ -47,6 +47,7 @@ def test_with_lamps_and_world_only_its_mirror_image_is_left(stage, skin, name):
     assert left[away].max() == 0
 
 
+@pytest.mark.night("test_with_lamps_and_world_only_its_mirror_image_is_left")
 def test_with_lamps_and_world_in_eevee(stage, skin):
     """EEVEE's mirror image has a halo, so the pictures are compared: with the random order cut to black, the picture of
     the left-out lamp hardly changes. The limit is a tenth of what the lamp gives when it counts. EEVEE 4.5 picks one

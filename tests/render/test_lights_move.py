@@ -104,6 +104,7 @@ def test_light_linking(stage, baked, engine, listed, state):
     agree(stage.rgb(engine, PIXELS), wanted_without)
 
 
+@pytest.mark.short("cycles")
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_lamp_added_and_deleted(stage, baked, engine):
     wanted, without = truth(stage, baked[0], AFTER, engine), truth(stage, baked[0], {"Sun": AFTER["Sun"]}, engine)

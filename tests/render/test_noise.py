@@ -92,7 +92,7 @@ def test_a_flat_surface_has_no_stripes(stage, skin, lights):
     plane_in_white_world(stage, skin[0], lights)
     for degrees, kind in VIEWS.values():
         look(stage, degrees, **kind)
-        has_no_stripes(grey(stage) - grey(stage, samples=64))
+        has_no_stripes(grey(stage) - grey(stage, samples=32))
 
 
 @LIGHTS

@@ -4,12 +4,10 @@
 A plane at z = 0 seen from one metre above, with diffraction alone: every pixel's directions are known.
 """
 
-import importlib
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import OpenEXR
 import pytest
 
 from precompute.bake.ensemble import bake
@@ -24,6 +22,8 @@ from precompute.surface.relief import Relief, prepare
 from precompute.table import atlas
 from precompute.table.radiance import lamp_radiance
 from precompute.table.table import Table
+
+from .conftest import clear
 
 PIXELS = 360
 FIELD_DEG = 90.0
@@ -87,68 +87,29 @@ def view_of(to_sun) -> View:
 
 
 @pytest.fixture
-def picture(extension, tmp_path):
+def picture(stage):
     """picture(path, to_sun, engine, turn_deg) -> a bake rendered on the plane: linear RGB (n, n, 3), row 0 on top."""
     import bpy
-    from mathutils import Vector
-
-    addon = extension.__name__ + ".addon"
 
     def render(
         path: Path, to_sun=(0, 0, 1), engine="cycles", turn_deg=0.0, energy=1.0, behind=False, angle=SUN_ANGLE
     ) -> np.ndarray:
-        assign = importlib.import_module(addon + ".workflow.assigning")
-        compat = importlib.import_module(addon + ".blender.compat")
-        data = bpy.data
-        for collection in (data.objects, data.meshes, data.lights, data.cameras, data.materials, data.node_groups):
-            data.batch_remove(list(collection))
-        scene = bpy.context.scene
-        scene.natural_gratings.items.clear()
-        scene.world = None
+        clear(stage.addon, stage.scene)
         bpy.ops.mesh.primitive_plane_add(size=4)
         plane = bpy.context.object
         turn_uv(plane.data, np.radians(turn_deg))
         if behind:
             plane.data.flip_normals()
-        lamp = data.lights.new("Sun", "SUN")
-        lamp.energy, lamp.angle = energy, angle
-        sun = data.objects.new("Sun", lamp)
-        sun.rotation_euler = Vector(to_sun).to_track_quat("Z", "Y").to_euler()
-        scene.collection.objects.link(sun)
-        camera = data.objects.new("Camera", data.cameras.new("Camera"))
-        camera.data.angle = np.radians(FIELD_DEG)
-        camera.location = (0, 0, 1)
-        scene.collection.objects.link(camera)
-        scene.camera = camera
-
-        grating = scene.natural_gratings.items.add()
+        stage.lamp("SUN", to=to_sun, energy=energy, angle=angle)
+        stage.camera((0, 0, 1), angle=np.radians(FIELD_DEG)).rotation_euler = (0, 0, 0)
+        grating = stage.scene.natural_gratings.items.add()
         grating.name, grating.bake_path = "plane", str(path)
-        scene.natural_gratings.active_index = 0
-        assign.assign_to_meshes(scene, [plane])
+        stage.scene.natural_gratings.active_index = 0
+        stage.addon.assigning.assign_to_meshes(stage.scene, [plane])
         for node in plane.active_material.node_tree.nodes:
             if node.type == "BSDF_PRINCIPLED":
                 node.inputs["Base Color"].default_value = (0, 0, 0, 1)
-
-        settings = scene.render
-        settings.resolution_x = settings.resolution_y = PIXELS
-        settings.filter_size = 0.01
-        settings.image_settings.file_format = "OPEN_EXR"
-        settings.image_settings.color_depth = "32"
-        settings.filepath = str(tmp_path / "picture.exr")
-        if engine == "cycles":
-            settings.engine = "CYCLES"
-            scene.cycles.device = "CPU"
-            scene.cycles.samples = 1
-            scene.cycles.use_denoising = scene.cycles.use_adaptive_sampling = False
-            scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 0.01
-        else:
-            settings.engine = compat.eevee_engine()
-            scene.eevee.taa_render_samples = 1
-        bpy.ops.render.render(write_still=True)
-        with OpenEXR.File(settings.filepath, separate_channels=True) as file:
-            channels = file.channels()
-            names = {name.rpartition(".")[2]: name for name in channels}
-            return np.stack([channels[names[c]].pixels for c in "RGB"], axis=-1).astype(float)
+        return stage.rgb(engine, PIXELS)
 
     return render
 

@@ -63,13 +63,14 @@ def irradiances(stage, position):
 def vector_material(stage, kind: str, socket: str, **settings):
     """A material that shows a node's vector as a positive colour, (x + 2) / 4."""
     material, tree = stage.material(socket)
+    material.cycles.emission_sampling = "NONE"  # as a lamp, each of a snake's 488,400 triangles takes time
     value = tree.value(tree.node(kind, **settings).outputs[socket])
     shown = tree.emission(value.times_plus(0.25, (0.5, 0.5, 0.5)), 1.0)
     tree.node("ShaderNodeOutputMaterial", shown)
     return material
 
 
-def geometry(stage, mesh):
+def geometry(stage, mesh, pixels=PIXELS):
     """Position, normal, tangent and direction to the camera (n, n, 3) by Cycles, and which pixels see the mesh."""
     kept = [slot.material for slot in mesh.material_slots]
     found = {}
@@ -81,7 +82,7 @@ def geometry(stage, mesh):
     }.items():
         for slot in mesh.material_slots:
             slot.material = vector_material(stage, kind, name, **settings)
-        found[name] = stage.rgb("cycles", PIXELS, 1, name)
+        found[name] = stage.rgb("cycles", pixels, 1, name)
     for slot, material in zip(mesh.material_slots, kept, strict=True):
         slot.material = material
     seen = found["Incoming"].max(axis=-1) > 0

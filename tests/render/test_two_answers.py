@@ -50,6 +50,7 @@ def test_the_light_is_that_of_every_lamp(shown, engine, lights):
     assert abs(apart.mean()) < 5 * noise / PIXELS + every.mean() * (2**-10 if engine == "eevee" else 1e-4)
 
 
+@pytest.mark.short("cycles")
 @pytest.mark.parametrize("engine", ENGINES)
 def test_up_to_three_lamps_nothing_is_drawn(shown, engine):
     every, two = (shown(engine, AROUND[:3], every=each) for each in (True, False))
