@@ -88,11 +88,27 @@ def empty_blender(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempP
     return Blender(COMMANDS[request.param](), tmp_path_factory.mktemp("user"))
 
 
-@pytest.fixture(scope="module")
-def blender(empty_blender: Blender, built: dict[str, Path]) -> Blender:
-    """A Blender with the extension installed from its zip."""
-    empty_blender.run_script(Path(__file__).with_name("install.py"), built["linux_x64"])
-    return empty_blender
+@pytest.fixture(scope="session")
+def install(built: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Blender]:
+    """A function: the Blender of this name, with a copy of the user folder in which the zip was installed once."""
+    folders: dict[str, Path] = {}
+
+    def install(name: str) -> Blender:
+        command = COMMANDS[name]()
+        if name not in folders:
+            folders[name] = tmp_path_factory.mktemp("installed")
+            Blender(command, folders[name]).run_script(Path(__file__).with_name("install.py"), built["linux_x64"])
+        folder = tmp_path_factory.mktemp("user")
+        shutil.copytree(folders[name], folder, symlinks=True, dirs_exist_ok=True)
+        return Blender(command, folder)
+
+    return install
+
+
+@pytest.fixture(scope="module", params=COMMANDS)
+def blender(request: pytest.FixtureRequest, install: Callable[[str], Blender]) -> Blender:
+    """Each available Blender, with the extension installed from its zip."""
+    return install(request.param)
 
 
 @pytest.fixture

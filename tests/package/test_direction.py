@@ -29,7 +29,7 @@ def test_the_overlay_shows_arrows_and_seams_and_the_buttons_work(blender, tmp_pa
     if shutil.which("Xvfb") is None:
         pytest.skip("no Xvfb: on Debian the package xvfb brings it")
     bake, file = tmp_path / "bake", tmp_path / "empty.blend"
-    blender.run_grating("bake", "sample:blazed", "--delta-e", "6", "-o", bake)
+    blender.run_grating("bake", "sample:blazed", "--delta-e", "6", "--coherence-um", "4", "-o", bake)
     blender.run("--background", "--python-expr", f"import bpy; bpy.ops.wm.save_as_mainfile(filepath={str(file)!r})")
     with screen.display(*SIZE, folder=tmp_path) as name:
         window = replace(blender, command=("env", f"DISPLAY={name}", *blender.command))

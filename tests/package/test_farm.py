@@ -30,11 +30,11 @@ height = 32
 [[grating]]
 scans = ["sample:blazed"]
 delta_e = 6
+coherence_um = 4
 objects = ["Plane"]
 lights = "lamps"
-matters = ["dielectric", "mirror"]
 """
-COUNT = 2 * 2
+COUNT = 2
 
 
 @pytest.fixture(scope="module")
@@ -114,12 +114,11 @@ def test_sessions_of_workers_without_the_extension_render_the_same(blender, fold
         "-p", "Threads=1",
     ]  # fmt: skip
     done(openjd("run", template, *values, "-p", f"Blender={with_it}", "--step", "Bake"))
-    names = ("blazed_dielectric", "blazed_mirror")
-    # Two sessions at once, each with every second task.
+    # Two sessions at once, each with every second picture.
     sessions = [
         openjd(
             "run", template, *values, "-p", f"Blender={without}", "--step", "Frames",
-            "--tasks", json.dumps([{"Grating": name, "Part": part} for name in names]),
+            "--tasks", json.dumps([{"Grating": "blazed", "Part": part}]),
         )
         for part in (1, 2)
     ]  # fmt: skip

@@ -46,7 +46,8 @@ def test_installed_extension_runs_nothing_of_the_working_folder(blender, tmp_pat
     (tmp_path / "folder").mkdir()
     mark = set_traps(tmp_path / "folder")
     there = replace(blender, started_in=tmp_path / "folder")
-    there.run_grating("bake", "sample:blazed", "--delta-e", "6", "-o", tmp_path / "bake", "--no-cache")
+    quick = ("--delta-e", "6", "--coherence-um", "4", "--illuminant", "532nm")
+    there.run_grating("bake", "sample:blazed", *quick, "-o", tmp_path / "bake", "--no-cache")
     assert (tmp_path / "bake" / "blazed.exr").is_file()
     assert not mark.exists()
 
@@ -58,7 +59,7 @@ def test_installed_extension_bakes_assigns_and_renders(blender, tmp_path, lights
     alone, and by closures with a sky and its sun."""
     scene, bake = tmp_path / "plane.blend", tmp_path / "bake"
     blender.run_script(HERE / "make_plane.py", scene, *([] if lights == "lamps" else ["sky"]))
-    blender.run_grating("bake", "sample:blazed", "--delta-e", "6", "-o", bake)
+    blender.run_grating("bake", "sample:blazed", "--delta-e", "6", "--coherence-um", "4", "-o", bake)
     blender.run_grating("assign", bake, "--object", "Plane", "--lights", lights, scene=scene)
     noted = f"assert ('ng_world_0_power' in bpy.context.scene) == {lights == 'rest'}, 'sources of the world'"
     blender.run("--background", scene, "--python-exit-code", "1", "--python-expr", f"import bpy; {noted}")

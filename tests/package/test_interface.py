@@ -14,7 +14,7 @@ from PIL import Image
 from devtools import display as screen
 from devtools import walk
 
-from .conftest import Blender, binary_command
+from .conftest import Blender
 
 HERE = Path(__file__).parent
 FRAME = "6"
@@ -30,11 +30,9 @@ def display() -> Iterator[str]:
 
 
 @pytest.fixture(scope="module")
-def blender(built, tmp_path_factory) -> Blender:
+def blender(install) -> Blender:
     """A Blender binary with the extension installed from its zip into an empty user folder."""
-    made = Blender(binary_command(), tmp_path_factory.mktemp("user"))
-    made.run_script(HERE / "install.py", built["linux_x64"])
-    return made
+    return install("binary")
 
 
 def render(blender: Blender, file: Path, scene: str, frame: str, to: Path, *options: str) -> np.ndarray:

@@ -33,8 +33,10 @@ sys.exit(failed > 0)
 def environment(tmp_path_factory) -> Path:
     """An environment that holds only the library and what it needs, outside the checkout."""
     folder = tmp_path_factory.mktemp("library")
-    subprocess.run([sys.executable, "-m", "venv", folder / "venv"], check=True)
-    answer = start(folder, "python", "-m", "pip", "install", "--no-input", "--disable-pip-version-check", ROOT)
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", folder / "venv"], check=True)
+    pip = [sys.executable, "-m", "pip", "--python", folder / "venv" / "bin" / "python", "--no-input"]
+    command = [*pip, "--disable-pip-version-check", "install", "--no-compile", ROOT]
+    answer = subprocess.run(command, cwd=folder, env=clean_environment(), capture_output=True, text=True)
     if answer.returncode and "connection broken" in answer.stdout + answer.stderr:
         pytest.skip("no package index")
     assert answer.returncode == 0, answer.stderr

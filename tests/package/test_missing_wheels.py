@@ -28,21 +28,14 @@ def remove_package(user_folder: Path, module: str) -> None:
             shutil.rmtree(path) if path.is_dir() else path.unlink()
 
 
-@pytest.fixture(scope="module")
-def installed(empty_blender, built):
-    """A Blender with the extension installed from its zip."""
-    empty_blender.run_script(HERE / "install.py", built["linux_x64"])
-    return empty_blender
-
-
 @pytest.mark.parametrize("module", PACKAGES)
-@pytest.mark.short("bpy-5.2-OpenEXR", "OpenEXR-bpy-5.2", "4.5-PIL", "PIL-bpy-4.5", "xatlas")
-def test_the_extension_without_a_package_is_enabled_and_says_so_once(installed, without_packages, tmp_path, module):
-    shutil.copytree(installed.user_folder, tmp_path / "user", symlinks=True)
+@pytest.mark.short("bpy-5.2-OpenEXR", "OpenEXR-bpy-5.2", "4.5-PIL", "PIL-bpy-4.5", "xatlas-binary", "binary-xatlas")
+def test_the_extension_without_a_package_is_enabled_and_says_so_once(blender, without_packages, tmp_path, module):
+    shutil.copytree(blender.user_folder, tmp_path / "user", symlinks=True)
     remove_package(tmp_path / "user", module)
-    blender = without_packages(replace(installed, user_folder=tmp_path / "user"), module)
-    answer = blender.start("--background", "--command", "grating", "--help")
+    bare = without_packages(replace(blender, user_folder=tmp_path / "user"), module)
+    answer = bare.start("--background", "--command", "grating", "--help")
     assert answer.returncode == 0
     (said,) = SAID.findall(answer.stderr)
     assert f"{PACKAGES[module]} (" in said
-    blender.run_script(HERE / "draw_panels.py", MODULE, PACKAGES[module])
+    bare.run_script(HERE / "draw_panels.py", MODULE, PACKAGES[module])

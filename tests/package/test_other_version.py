@@ -13,19 +13,16 @@ from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import prepare
 from precompute.table import atlas
 
-from .conftest import COMMANDS, Blender
+from .conftest import Blender
 
 HERE = Path(__file__).parent
 VERSIONS = ("bpy-4.5", "bpy-5.2")
 
 
 @pytest.fixture(scope="module")
-def blenders(built, tmp_path_factory) -> dict[str, Blender]:
+def blenders(install) -> dict[str, Blender]:
     """Both versions, with the extension installed from its zip."""
-    made = {name: Blender(COMMANDS[name](), tmp_path_factory.mktemp("user")) for name in VERSIONS}
-    for blender in made.values():
-        blender.run_script(HERE / "install.py", built["linux_x64"])
-    return made
+    return {name: install(name) for name in VERSIONS}
 
 
 @pytest.fixture(scope="module")

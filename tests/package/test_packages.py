@@ -146,6 +146,7 @@ def test_zip_is_valid_for_both_blenders(built, platform, environment):
     packages.validate(built[platform], environment)
 
 
+@pytest.mark.night("tests/package/test_release.py")
 def test_two_builds_are_the_same_bytes(built, tmp_path):
     """Even if the second builder's umask hides new files from other users."""
     before = os.umask(0o077)
@@ -208,7 +209,7 @@ def other_checkout(tmp_path):
     return folder
 
 
-@pytest.mark.night("test_two_builds_are_the_same_bytes")
+@pytest.mark.night("tests/package/test_release.py")
 def test_another_checkout_builds_the_same_bytes(built, other_checkout, tmp_path):
     """It bakes one of the drafts again, without the cache. On another kind of processor its table would differ in the
     last bits, as docs/packages.md says."""

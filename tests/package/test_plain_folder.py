@@ -24,6 +24,7 @@ def blender(empty_blender, built, without_packages, tmp_path):
     return without_packages(replace(empty_blender, user_folder=tmp_path / "user"), *PACKAGES)
 
 
+@pytest.mark.short("bpy-5.2")
 def test_it_is_listed_drawn_and_used(blender, tmp_path):
     """Its name and version are in Blender's list, its panels draw, and a shipped draft becomes a saved material."""
     blender.run_script(HERE / "use_plain_folder.py", tmp_path / "plane.blend")
@@ -32,6 +33,7 @@ def test_it_is_listed_drawn_and_used(blender, tmp_path):
     assert (tmp_path / "plane.blend").is_file()
 
 
+@pytest.mark.short("bpy-5.2")
 def test_its_command_works_and_says_once_what_is_missing(blender, tmp_path):
     answer = blender.start("--background", "--addons", MODULE, "--command", "grating", "assign", "--help")
     assert answer.returncode == 0, answer.stderr

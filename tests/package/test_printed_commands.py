@@ -74,7 +74,7 @@ def text_of(name: str) -> str:
 
 @pytest.mark.night("tests/addon/batch/test_commands.py")
 @pytest.mark.parametrize("page", [page for page in PAGES if commands(page)], ids=lambda page: page.stem)
-@pytest.mark.parametrize("empty_blender", ["bpy-5.2", "binary"], indirect=True)
+@pytest.mark.parametrize("blender", ["bpy-5.2", "binary"], indirect=True)
 def test_every_command_runs(blender, folder, page):
     """Each mesh wears a bake of skin.exr, and `belly.exr` is another. What they write under /share is in the folder."""
     (folder / "share").mkdir()

@@ -27,7 +27,7 @@ LINES = {
     "info of a text": ("info heights.txt --size-um 4 --height-nm 100", None),
     "info of a picture": ("info waves.png --size-um 4 --height-nm 100", "Pillow"),
     "comb's help": ("comb --help", None),
-    "bake": ("bake sample:flat -o out --no-cache --coherence-um 3 --delta-e 9", "OpenEXR"),
+    "bake": ("bake sample:flat -o out --no-cache --coherence-um 3 --delta-e 9 --illuminant 532nm", "OpenEXR"),
     "dft": ("dft sample:blazed -o out --terms 1", "OpenEXR"),
     "map to .png": ("map sample:flat --method flss -o out/map.png --size 8", "Pillow"),
     "map to .exr": ("map sample:flat --method flss -o out/map.exr --size 8", "OpenEXR"),

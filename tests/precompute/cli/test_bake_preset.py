@@ -9,7 +9,7 @@ from precompute.cli.bake_verb import request_of
 from precompute.cli.parser import build_parser
 from precompute.presets.presets import FOLDER, preset_names, read_preset
 
-QUICK = ("--delta-e", "3", "--coherence-um", "10", "--progress", "none")
+QUICK = ("--delta-e", "5", "--coherence-um", "4", "--illuminant", "532nm", "--progress", "none")
 
 
 def request(*argv):

@@ -68,7 +68,7 @@ def test_its_request_repeats_it(run, baked, tmp_path):
 
 
 def test_the_cache_tells_matters_apart_and_knows_two_spellings(run, tmp_path):
-    options = ("--coherence-um", "2", "--delta-e", "5", "--progress", "none", "--json", "-")
+    options = ("--coherence-um", "2", "--delta-e", "5", "--illuminant", "532nm", "--progress", "none", "--json", "-")
     cached = []
     films = "1.46/200nm, aluminium", "silica 1.46 / 0.2 um,aluminum"
     for number, matter in enumerate(("dielectric", "mirror", *films, "1.46/201nm, aluminium", "dielectric")):
@@ -114,7 +114,7 @@ def test_a_forged_matter_is_refused(refused, baked, tmp_path, matter):
 
 
 def test_a_dielectrics_table_cannot_claim_a_reflectance(run, refused, tmp_path):
-    options = ("--coherence-um", "2", "--delta-e", "5", "--progress", "none", "-o", tmp_path)
+    options = ("--coherence-um", "2", "--delta-e", "5", "--illuminant", "532nm", "--progress", "none", "-o", tmp_path)
     assert run("bake", SURFACE, *options)[0] == 0
     path = spoilt(tmp_path / "blazed.exr", tmp_path / "forged.exr", request={"matter": "gold"})
     for line in (("map", path, "-o", tmp_path / "out.png"), ("check", path, SURFACE)):

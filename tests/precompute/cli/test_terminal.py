@@ -22,6 +22,8 @@ NAMES = ("Größe µ 格.png".encode(), b"a\nerror: b\x1b[2J\x1b]0;c\x07\xe2\x80
 # Each name on an ASCII terminal, and the second one on a UTF-8 terminal.
 TERMINALS = [*((name, ASCII) for name in NAMES), (NAMES[1], {"LC_ALL": "C.UTF-8"})]
 QUICK = (*PICTURE, *SHORT, "--progress", "none")
+# One wavelength takes a third of the time of daylight.
+LASER = ("--delta-e", "5", "--illuminant", "532nm")
 # Prints from C, by Python's warnings, and by itself.
 CHATTER = """
 import os, sys, warnings
@@ -68,7 +70,7 @@ class TestOnLinux:
         named, out = os.path.join(os.fsencode(scan.parent), name), tmp_path / "out"
         os.rename(scan, named)
         for verb, options in {
-            "info": (), "bake": ("--delta-e", "5", "-o", out), "map": ("--size", "16", "-o", out / "map.exr"),
+            "info": (), "bake": (*LASER, "-o", out), "map": (*LASER, "--size", "16", "-o", out / "map.exr"),
         }.items():  # fmt: skip
             quick = (*PICTURE, "--progress", "none") if verb == "info" else QUICK
             facts = tmp_path / "facts.json"
@@ -126,7 +128,7 @@ class TestOnLinux:
         limited = "import resource, runpy; resource.setrlimit(resource.RLIMIT_FSIZE, (30000, 30000)); "
         limited += "runpy.run_module('precompute', run_name='__main__', alter_sys=True)"
         out = tmp_path / "out"
-        done = run(sys.executable, "-c", limited, "bake", scan, *QUICK, "--delta-e", "5", "-o", out, cache)
+        done = run(sys.executable, "-c", limited, "bake", scan, *QUICK, *LASER, "-o", out, cache)
         assert done.returncode == 1 and done.stdout == b""
         assert done.stderr.startswith(f"error: {out / 'skin.exr'}: cannot be written (File too large); ".encode())
         assert len(done.stderr.splitlines()) == 1

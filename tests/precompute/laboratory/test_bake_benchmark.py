@@ -41,8 +41,8 @@ def test_the_clocked_functions_are_as_before_afterwards():
     assert (make.with_levels, ensemble.fast_series) == before
 
 
-def test_an_absent_scan_is_skipped_with_a_reason(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(bake, "in_child", lambda scan, quality: bake.measure(SMALL, "draft", transforms=1))
+def test_an_absent_scan_is_skipped_with_a_reason(found, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(bake, "in_child", lambda scan, quality: found)
     bake.main(["--runs", "1", "--shared", str(tmp_path), "--json", str(tmp_path / "rows.json")])
     said = capsys.readouterr().out
     assert f"elaphe, scan, good: skipped, the scan is not in {tmp_path}" in said

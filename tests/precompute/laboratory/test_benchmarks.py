@@ -167,6 +167,7 @@ def test_a_bake_has_one_thread_whatever_is_asked():
         assert done.stdout.strip() == "1"
 
 
+@pytest.mark.night("test_a_bake_has_one_thread_whatever_is_asked")
 def test_a_bake_of_two_threads_has_the_bytes_of_one(tmp_path):
     """The scan's self-check has long sums, which depend on the number of threads."""
     for threads in ("1", "2"):

@@ -56,6 +56,8 @@ def test_all_channels_are_read(tmp_path, illuminant, channels):
     np.testing.assert_allclose(read.zero_order_xyz(1.3), stored.zero_order_xyz(1.3), rtol=1e-6)
 
 
+# All sides and the first and last spacing: the spacings differ in numbers alone.
+@pytest.mark.short("spacing0", f"spacing{len(SPACINGS) - 1}-1.4")
 @pytest.mark.parametrize("coarser", [1.0, 1.4])
 @pytest.mark.parametrize("spacing", SPACINGS)
 @pytest.mark.parametrize("inner", [(30, 200), (57, 23), (200, 201)])
