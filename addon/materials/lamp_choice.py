@@ -178,11 +178,11 @@ def _add_left(tree: Tree) -> None:
     tree.output(1.0 - shines * share * within)
 
 
-# The least roughness that rough reflections see. A CD over floors of roughness 0.02, 0.1 and 0.3 then has 0.93, 0.93 and
-# 0.95 of the light of All by Samples (2048 samples, Clamp Indirect 0; Blender's default of 10 takes a third of All's).
-# The floor shows 1.1 times the light of a sharp reflection, because the blur moves light about the disc, and no pixel is
-# brighter than twice its neighbours. With 0.14 the light is 1.06 of it, and sharp orders leave pixels of 4 times their
-# neighbours.
+# The least roughness that rough reflections see. A CD over floors of roughness 0.02, 0.1 and 0.3 then has 0.93, 0.93
+# and 0.95 of the light of All by Samples (2048 samples, Clamp Indirect 0; Blender's default of 10 takes a third of
+# All's). The floor shows 1.1 times the light of a sharp reflection, because the blur moves light about the disc, and no
+# pixel is brighter than twice its neighbours. With 0.14 the light is 1.06 of it, and sharp orders leave pixels of 4
+# times their neighbours.
 ROUGHNESS = 0.25
 
 
