@@ -197,7 +197,7 @@ def test_of_many_lamps_each_keeps_its_spectrum(stage, bakes):
     for way, spectrum in zip(ways, ("FL11", "LED-B1", "D5500", "LED-RGB1", ""), strict=True):
         sun(stage, way, spectrum)
     lit(stage, bakes, "led+tube")
-    drawn = stage.rgb(samples=16)
+    drawn = stage.rgb(samples=64)
     stage.scene.natural_gratings.active().every_lamp = True
     bpy.context.view_layer.update()
     apart = drawn - (every := stage.rgb())  # has no noise
