@@ -200,7 +200,7 @@ def test_of_many_lamps_each_keeps_its_spectrum(stage, bakes):
     drawn = stage.rgb(samples=64)
     stage.scene.natural_gratings.active().every_lamp = True
     bpy.context.view_layer.update()
-    apart = drawn - (every := stage.rgb())  # has no noise
+    apart = drawn - (every := stage.rgb(samples=64))
     noise = np.sqrt((apart**2).mean(axis=(0, 1)))
     # Five standard errors of a mean over independent pixels, in each of red, green and blue; a lamp with another's
     # spectrum would change a colour by a tenth (test_a_lamp_becomes_coloured_and_white_again).
