@@ -23,7 +23,7 @@ from precompute.surface.relief import prepare
 # Gives a kernel with a standard deviation of 0.031, which takes about one texel for a dE00 of 1.
 COHERENCE_M = 8e-6
 ROOT = Path(__file__).resolve().parents[3]
-OPTIONS = ("--size-um", "2", "--height-nm", "60", "--coherence-um", "2", "--delta-e", "5", "--illuminant", "532nm")
+OPTIONS = ("--size-um", "2", "--height-nm", "60", "--coherence-um", "2", "--delta-e", "5")
 # The files that a bake of skin.png writes.
 SKIN = ["skin.exr", "skin.lobes.exr"]
 # A program that calls `bake_once` with an instant bake. Its second argument names a point where one function ends the

@@ -70,7 +70,7 @@ class TestOnLinux:
         named, out = os.path.join(os.fsencode(scan.parent), name), tmp_path / "out"
         os.rename(scan, named)
         for verb, options in {
-            "info": (), "bake": (*LASER, "-o", out), "map": (*LASER, "--size", "16", "-o", out / "map.exr"),
+            "info": (), "bake": (*LASER, "-o", out), "map": ("--size", "16", "-o", out / "map.exr"),
         }.items():  # fmt: skip
             quick = (*PICTURE, "--progress", "none") if verb == "info" else QUICK
             facts = tmp_path / "facts.json"
