@@ -20,7 +20,7 @@ from precompute.bake.request import BakeRequest
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.world_sources.sources import Source
 
-_COHERENCE_M = 8e-6
+_COHERENCE_M = 30e-6
 _SOURCE = Source(np.array((0.0, 0.6, 0.8)), np.array((3.0, 2.0, 1.0)), 1e-4)
 # Size and alignment in bytes of the types of a block's members (std140).
 _TYPES = {"float": (4, 4), "int": (4, 4), "vec2": (8, 8), "vec3": (12, 16), "vec4": (16, 16), "mat4": (64, 16)}
@@ -36,7 +36,7 @@ def main(folder: Path) -> None:
 
 
 def show(addon: SimpleNamespace, bake: Path) -> int:
-    """Put a grating over a base, under a linked sun and a source of the world; returns the bytes that
+    """Put a grating over a base, under two suns, one of them linked, and a source of the world; returns the bytes that
     the add-on counts for the material."""
     import bpy
 
@@ -44,9 +44,11 @@ def show(addon: SimpleNamespace, bake: Path) -> int:
     scene = bpy.context.scene
     bpy.ops.mesh.primitive_uv_sphere_add(segments=16, ring_count=8)
     ball = bpy.context.object
-    lamp = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))
-    scene.collection.objects.link(lamp)
-    lamp.light_linking.receiver_collection = bpy.data.collections.new("Receivers")
+    for index in range(2):
+        lamp = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))
+        scene.collection.objects.link(lamp)
+        if index == 0:
+            lamp.light_linking.receiver_collection = bpy.data.collections.new("Receivers")
     scene.world = bpy.data.worlds.new("World")
     addon.compat.enable_nodes(scene.world)
     made = scene.natural_gratings.items.add()

@@ -28,7 +28,6 @@ from .test_radiance import TURN, assign, geometry, shape
 from .world_scenes import add_ball, look_at_ball
 from .world_scenes import assign as world_assign
 
-PIXELS = 112
 ENGINES = ["cycles", "eevee"]
 RGB_FROM_XYZ = rgb_over_lamp("Rec.709", "D65")
 
@@ -76,7 +75,7 @@ def sphere(stage):
 def sums(stage, mesh, lamps):
     """The picture (n, n, 3) as the sum over suns, each by a bake under its own spectrum; and the pixels that see the
     mesh. `lamps` are the suns and their spectra."""
-    passes, seen = geometry(stage, mesh, PIXELS)
+    passes, seen = geometry(stage, mesh)
     n, wr, t = (passes[name][seen] for name in ("Normal", "Incoming", "Tangent"))
     n /= np.linalg.norm(n, axis=1, keepdims=True)
     t -= n * (n * t).sum(axis=1, keepdims=True)
@@ -123,7 +122,7 @@ def test_three_spectra_in_one_scene(stage, bakes, engine):
     assert bpy.ops.grating.lights(lights="LAMPS") == {"FINISHED"}
     bpy.context.view_layer.update()
     truth, seen = sums(stage, mesh, lamps)
-    off = differences(stage.rgb(engine, PIXELS), truth, seen)
+    off = differences(stage.rgb(engine, truth.shape[0]), truth, seen)
     assert np.median(off) < MEDIAN
     assert np.percentile(off, 95) < P95
 
@@ -146,7 +145,7 @@ def test_a_keyed_temperature_is_followed(stage, bakes):
         stage.scene.frame_set(frame)
         spectrum = f"{nearest}K"
         truth, seen = sums(stage, mesh, [(lamp, spectrum)])
-        off = differences(stage.rgb("cycles", PIXELS), truth, seen)
+        off = differences(stage.rgb("cycles", truth.shape[0]), truth, seen)
         assert np.median(off) < MEDIAN, frame
         assert np.percentile(off, 95) < P95, frame
     rows = []

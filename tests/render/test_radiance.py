@@ -70,7 +70,7 @@ def vector_material(stage, kind: str, socket: str, **settings):
     return material
 
 
-def geometry(stage, mesh, pixels=PIXELS):
+def geometry(stage, mesh):
     """Position, normal, tangent and direction to the camera (n, n, 3) by Cycles, and which pixels see the mesh."""
     kept = [slot.material for slot in mesh.material_slots]
     found = {}
@@ -82,7 +82,7 @@ def geometry(stage, mesh, pixels=PIXELS):
     }.items():
         for slot in mesh.material_slots:
             slot.material = vector_material(stage, kind, name, **settings)
-        found[name] = stage.rgb("cycles", pixels, 1, name)
+        found[name] = stage.rgb("cycles", PIXELS, 1, name)
     for slot, material in zip(mesh.material_slots, kept, strict=True):
         slot.material = material
     seen = found["Incoming"].max(axis=-1) > 0

@@ -8,7 +8,7 @@ from precompute.colour.spaces import delta_e_2000, lab, rgb_from_xyz
 
 from .test_radiance import assign
 
-PIXELS = 200
+PIXELS = 320
 XYZ_FROM_RGB = np.linalg.inv(rgb_from_xyz("Rec.709"))
 
 
@@ -27,7 +27,7 @@ def p95_of_colours(picture, wanted):
 
 
 def test_an_unwrap_keeps_the_colours_and_the_new_map_s_tangents_do_not(stage, skin):
-    bpy.ops.grating.add_snake(species="ELAPHE", pose="COILED", length_m=1.0, faces=4_000)
+    bpy.ops.grating.add_snake(species="ELAPHE", pose="COILED", length_m=1.0, faces=11_000)
     snake = bpy.context.object
     corners = np.array([snake.matrix_world @ vertex.co for vertex in snake.data.vertices])
     middle = (corners.max(axis=0) + corners.min(axis=0)) / 2
