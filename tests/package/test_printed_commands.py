@@ -91,7 +91,7 @@ def test_every_command_runs(blender, folder, page):
     for name, *words in commands(page):
         program = replace(blender, command=programs[name], started_in=folder)
         answer = program.start(*(re.sub(r"(^|=)/share", rf"\1{folder}/share", word) for word in words))
-        if "error: xatlas: it is not installed for Python" in answer.stderr:
+        if "unwrap" in words and "error: xatlas: it is not installed for Python" in answer.stderr:
             continue  # the Python of a distribution may be newer than the wheels
         if answer.returncode != 0 or "Traceback" in answer.stderr:
             failed.append(f"{name} {' '.join(words)}: {answer.returncode}\n{answer.stderr[-2000:]}")

@@ -108,8 +108,9 @@ def released(built, tmp_path_factory):
     commit(checkout)
     texts = {"checkout": checkout, "environments": ROOT / ".env", "output": place / "made"}
     script = RELEASE.format(**{name: str(path) for name, path in texts.items()}, website=WEBSITE)
-    run = functools.partial(subprocess.run, check=True, env=clean_environment(), cwd=place)
-    run([sys.executable, "-c", script], umask=0o077)  # hides new files from other users
+    command = [sys.executable, "-c", script]
+    # The umask hides new files from other users.
+    subprocess.run(command, check=True, env=clean_environment(), cwd=place, umask=0o077)
     assert sorted(path.name for path in place.iterdir()) == ["checkout", "made"]
     return place / "made", checkout
 

@@ -70,8 +70,11 @@ def wanted(matter, ior):
 
 MATTERS = (
     *(("dielectric", ior) for ior in (1.1, 1.56, 3.0)),
-    *((matter, 1.56) for matter in ("6x(1.68/80nm, 1.56/90nm), 1.56", "ZnS 2.37/60nm, 1.5", "plate 1.585, aluminium")),
-    *((matter, 1.56) for matter in ("plate 1.5, ZnS 2.37/60nm, 1.5", "gold")),
+    ("6x(1.68/80nm, 1.56/90nm), 1.56", 1.56),
+    ("ZnS 2.37/60nm, 1.5", 1.56),
+    ("plate 1.5, ZnS 2.37/60nm, 1.5", 1.56),
+    ("gold", 1.56),
+    ("plate 1.585, aluminium", 1.56),
 )
 
 

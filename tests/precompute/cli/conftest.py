@@ -11,6 +11,8 @@ from precompute.table.table import Table
 PICTURE = ("--size-um", "4", "--height-nm", "250")
 # A coherence length at which the picture, 4 um wide, has a small table.
 SHORT = ("--coherence-um", "4")
+# A coarse bake of one wavelength, in a third of the time of daylight.
+LASER = ("--delta-e", "5", "--illuminant", "532nm")
 
 
 @pytest.fixture

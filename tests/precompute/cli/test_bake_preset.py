@@ -9,7 +9,9 @@ from precompute.cli.bake_verb import request_of
 from precompute.cli.parser import build_parser
 from precompute.presets.presets import FOLDER, preset_names, read_preset
 
-QUICK = ("--delta-e", "5", "--coherence-um", "4", "--illuminant", "532nm", "--progress", "none")
+from .conftest import LASER, SHORT
+
+QUICK = (*SHORT, *LASER, "--progress", "none")
 
 
 def request(*argv):

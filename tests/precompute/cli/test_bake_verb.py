@@ -20,10 +20,7 @@ from precompute.table.atlas import read_header
 from precompute.table.table import TILE_PADDING
 from tests.precompute.bake.same_bake import assert_same_bake
 
-from .conftest import PICTURE, SHORT
-
-# One wavelength takes a third of the time of daylight.
-LASER = (*SHORT, "--delta-e", "5", "--illuminant", "532nm")
+from .conftest import LASER, PICTURE, SHORT
 
 
 @pytest.fixture
@@ -123,7 +120,7 @@ def test_a_mirror_under_a_short_coherence_bakes(run, tmp_path):
 
 @pytest.mark.parametrize("matter", ["dielectric", "gold"])
 def test_progress_as_json_lines(run, scan, tmp_path, matter):
-    options = (*LASER, "--matter", matter)
+    options = (*SHORT, *LASER, "--matter", matter)
     _, out, err = run("bake", scan, *PICTURE, "-o", tmp_path, *options, "--progress", "json", "--json", "-")
     json.loads(out)
     steps = [json.loads(line) for line in err.splitlines()]
@@ -140,14 +137,14 @@ def test_a_bake_that_misses_its_budget_is_not_written(refused, scan, tmp_path, m
     monkeypatch.setattr(
         ensemble, "judge", lambda *_, **__: Judge(lambda _: Errors(1, 7.31, 7.31, 9, 0, 0, 0, 10, 0.03))
     )
-    told = refused("bake", scan, *PICTURE, "-o", tmp_path / "bakes", *LASER, "--progress", "none")
+    told = refused("bake", scan, *PICTURE, "-o", tmp_path / "bakes", *SHORT, *LASER, "--progress", "none")
     assert "7.31" in told and "--delta-e 7.7" in told
 
 
 def test_a_bake_that_misses_its_budget_on_other_directions_is_not_written(refused, run, scan, tmp_path, monkeypatch):
     """If the share below the percentile varies by 0.00315, as for a thousand independent pairs, the allowance is
     2 * (4.9 - 4) / ln 5 * 0.00315 / 0.01 = 0.35; for a tenth of this deviation it is a tenth."""
-    asked = ("bake", scan, *PICTURE, "-o", tmp_path / "bakes", *LASER, "--progress", "none")
+    asked = ("bake", scan, *PICTURE, "-o", tmp_path / "bakes", *SHORT, *LASER, "--progress", "none")
     few, many = (Errors(1, 4.0, 4.9, 9, 0, 0, 0, 1000, deviation) for deviation in (0.00315, 0.000315))
     monkeypatch.setattr(ensemble, "judge", lambda *_, **__: Judge(lambda _: few))
     told = refused(*asked)
@@ -163,7 +160,7 @@ def test_several_scans_and_a_region(run, scan, tmp_path):
     other.write_bytes(scan.read_bytes())
     needs = tmp_path / "needs.json"
     needs.write_text('{"format": 1, "u": [-0.5, 0.5], "v": [-0.2, 0.2], "w": [1, 2]}')
-    options = (*PICTURE, *LASER, "--needs", needs)
+    options = (*PICTURE, *SHORT, *LASER, "--needs", needs)
     status, out, _ = run("bake", scan, other, *options, "-o", tmp_path / "bakes", "--json", "-", "--progress", "none")
     assert status == 0
     facts = json.loads(out)

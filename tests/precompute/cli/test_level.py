@@ -9,11 +9,10 @@ from PIL import Image
 
 from precompute.table.atlas import read_header
 
-from .conftest import PICTURE
+from .conftest import LASER, PICTURE
 
 STEPS = "plane:robust,rotate:30,dust:6"
-# Of one wavelength, in a third of the time.
-QUIET = ("--progress", "none", "--delta-e", "5", "--coherence-um", "2.5", "--illuminant", "532nm")
+QUIET = ("--progress", "none", "--coherence-um", "2.5", *LASER)
 
 
 @pytest.fixture

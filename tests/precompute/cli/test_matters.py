@@ -12,6 +12,8 @@ from precompute.reflectance.matter import parse
 from precompute.table import atlas
 from tests.precompute.bake.same_bake import assert_same_bake
 
+from .conftest import LASER
+
 SURFACE = "sample:blazed"
 QUICK = ("--pairs", "300", "--step-nm", "10", "--progress", "none")
 
@@ -68,7 +70,7 @@ def test_its_request_repeats_it(run, baked, tmp_path):
 
 
 def test_the_cache_tells_matters_apart_and_knows_two_spellings(run, tmp_path):
-    options = ("--coherence-um", "2", "--delta-e", "5", "--illuminant", "532nm", "--progress", "none", "--json", "-")
+    options = ("--coherence-um", "2", *LASER, "--progress", "none", "--json", "-")
     cached = []
     films = "1.46/200nm, aluminium", "silica 1.46 / 0.2 um,aluminum"
     for number, matter in enumerate(("dielectric", "mirror", *films, "1.46/201nm, aluminium", "dielectric")):
@@ -114,7 +116,7 @@ def test_a_forged_matter_is_refused(refused, baked, tmp_path, matter):
 
 
 def test_a_dielectrics_table_cannot_claim_a_reflectance(run, refused, tmp_path):
-    options = ("--coherence-um", "2", "--delta-e", "5", "--illuminant", "532nm", "--progress", "none", "-o", tmp_path)
+    options = ("--coherence-um", "2", *LASER, "--progress", "none", "-o", tmp_path)
     assert run("bake", SURFACE, *options)[0] == 0
     path = spoilt(tmp_path / "blazed.exr", tmp_path / "forged.exr", request={"matter": "gold"})
     for line in (("map", path, "-o", tmp_path / "out.png"), ("check", path, SURFACE)):

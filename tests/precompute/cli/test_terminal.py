@@ -13,7 +13,7 @@ from PIL import Image
 
 from devtools.steps import project_environment
 
-from .conftest import PICTURE, SHORT
+from .conftest import LASER, PICTURE, SHORT
 
 PROGRAM = (sys.executable, "-m", "precompute")
 ASCII = {"LC_ALL": "C", "PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
@@ -22,8 +22,6 @@ NAMES = ("Größe µ 格.png".encode(), b"a\nerror: b\x1b[2J\x1b]0;c\x07\xe2\x80
 # Each name on an ASCII terminal, and the second one on a UTF-8 terminal.
 TERMINALS = [*((name, ASCII) for name in NAMES), (NAMES[1], {"LC_ALL": "C.UTF-8"})]
 QUICK = (*PICTURE, *SHORT, "--progress", "none")
-# One wavelength takes a third of the time of daylight.
-LASER = ("--delta-e", "5", "--illuminant", "532nm")
 # Prints from C, by Python's warnings, and by itself.
 CHATTER = """
 import os, sys, warnings

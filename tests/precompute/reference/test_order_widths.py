@@ -56,7 +56,7 @@ def test_a_first_order_is_as_wide_and_bright_as_stated(size_um, period):
     offsets = np.linspace(-2, 2, 121) * sigma_b
     u, v = np.concatenate([offsets, 0 * offsets]), np.concatenate([0 * offsets, offsets])
     grid = reference_grid(relief, sigma_b)
-    for lam in (450e-9, 650e-9):
+    for lam in (450e-9, 550e-9, 650e-9):
         s, places = W / lam, (u + lam / period, v)
         power, _ = scattered_spectrum(relief, s, grid)
         peak = bessel_j1(2 * np.pi * s * AMPLITUDE) ** 2 / (2 * np.pi * sigma_b**2)
