@@ -38,8 +38,7 @@ PRECOMPUTE_AGAIN = ("surface", "table", "maths", "colour", "spectra", "bake/test
 # What a short run tests in the older Blender: what differs between versions. One test or more for each kind of node,
 # lamp and shader, and what appends, links, saves, undoes and follows. The night runs all of it.
 RENDER_SHORT = (
-    "test_plane.py", "test_lamps.py", "test_shadows.py", "test_osl.py", "test_osl_direct.py", "test_kept.py",
-    "test_brought_over.py", "test_data_pictures.py",
+    "test_lamps.py", "test_shadows.py", "test_osl_direct.py", "test_kept.py", "test_brought_over.py",
 )  # fmt: skip
 ADDON_SHORT = (
     "blender/test_guard.py", "blender/test_mesa.py", "blender/test_names.py", "blender/test_removals.py",

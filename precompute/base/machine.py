@@ -19,6 +19,8 @@ try:
 except ImportError:  # Windows
     resource = None  # type: ignore[assignment]  # a module has no type that includes None
 
+# Work of fewer bytes is never refused: reading the system's files takes 4 ms, and a reference's patch less.
+_SMALL = 2**20
 # Work may take this share of the free memory. Estimates are rough, and Blender and its scene need memory too.
 _SHARE = 0.5
 # Files of Linux control groups, versions 2 and 1: folder below /sys/fs/cgroup, limit, use, and the entry of memory.stat
@@ -30,7 +32,9 @@ _CGROUP_1 = ("memory", "memory.limit_in_bytes", "memory.usage_in_bytes", "total_
 def refuse_beyond_memory(needed_bytes: float, what: str, remedy: Words, *, source: str | Path = "") -> None:
     """Raise GratingError "SOURCE: WHAT would take ...; REMEDY" if `needed_bytes` exceed half of the free memory.
 
-    Does nothing on systems that do not report free memory."""
+    Does nothing for less than a MiB, and on systems that do not report free memory."""
+    if needed_bytes < _SMALL:
+        return
     free = free_bytes()
     if free is not None and needed_bytes > _SHARE * free:
         raise GratingError(

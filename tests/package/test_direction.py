@@ -25,6 +25,7 @@ def counts(path: Path) -> tuple[int, int, int]:
     return tuple(int(kind.sum()) for kind in kinds)
 
 
+@pytest.mark.night("tests/addon/direction/test_seams.py")
 def test_the_overlay_shows_arrows_and_seams_and_the_buttons_work(blender, tmp_path):  # noqa: F811
     if shutil.which("Xvfb") is None:
         pytest.skip("no Xvfb: on Debian the package xvfb brings it")

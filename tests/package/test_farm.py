@@ -99,7 +99,7 @@ def test_no_picture_is_rendered_twice(alone):
     assert not list(alone.glob("pictures/.*")), "nothing is left of the killed process"
 
 
-@pytest.mark.short("bpy-5.2")
+@pytest.mark.night("test_no_picture_is_rendered_twice")
 def test_sessions_of_workers_without_the_extension_render_the_same(blender, folder, alone, tmp_path):
     pytest.importorskip("openjd.cli", reason="openjd-cli is in one environment")
     output, bundle = tmp_path / "out", tmp_path / "bundle"

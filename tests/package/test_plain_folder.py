@@ -24,7 +24,7 @@ def blender(empty_blender, built, without_packages, tmp_path):
     return without_packages(replace(empty_blender, user_folder=tmp_path / "user"), *PACKAGES)
 
 
-@pytest.mark.short("bpy-5.2")
+@pytest.mark.night("test_its_command_works_and_says_once_what_is_missing")
 def test_it_is_listed_drawn_and_used(blender, tmp_path):
     """Its name and version are in Blender's list, its panels draw, and a shipped draft becomes a saved material."""
     blender.run_script(HERE / "use_plain_folder.py", tmp_path / "plane.blend")

@@ -78,7 +78,7 @@ MATTERS = (
 )
 
 
-@pytest.mark.short("cycles", "dielectric-3.0", "eevee-plate 1.5, ZnS", "eevee-gold")
+@pytest.mark.short("cycles-dielectric-3.0", "cycles-plate 1.585", "cycles-ZnS", "eevee-gold")
 @pytest.mark.parametrize(("matter", "ior"), MATTERS)
 @pytest.mark.parametrize("engine", ["cycles", "eevee"])
 def test_the_base_has_what_is_not_reflected(stage, planes, engine, matter, ior):

@@ -101,6 +101,7 @@ def floor(stage, disc):
     return picture
 
 
+@pytest.mark.night("test_a_rough_floor_shows_the_diffraction_of_a_rough_grating")
 def test_a_disc_in_a_rough_floor(floor, stage, monkeypatch):
     """No pixel is much brighter than the median of its neighbours: the noise of a pixel is a tenth at 64 samples. The
     luminance is that without a blur, within 5 %, and 1 % of noise: the blur moves light about the disc, and some beyond

@@ -77,11 +77,7 @@ LIGHTS = pytest.mark.parametrize("lights", ["REST", "ALL"])
 LINK = pytest.mark.parametrize("link", [False, True], ids=["append", "link"])
 
 
-@pytest.mark.short(
-    "Object-append-bring_by_operator-cycles",
-    "Collection-link-bring_by_operator-cycles",
-    "Object-link-bring_by_script-cycles",
-)
+@pytest.mark.short("Object-append-bring_by_operator-cycles", "Object-link-bring_by_operator-cycles")
 @pytest.mark.parametrize(
     ("bring", "engine"), [(bring_by_operator, "cycles"), (bring_by_operator, "eevee"), (bring_by_script, "cycles")]
 )

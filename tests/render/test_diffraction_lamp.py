@@ -118,6 +118,7 @@ def test_a_screen_receives_what_the_core_says(stage, baked, light):
     close(stage.rgb(pixels=PIXELS), wanted)
 
 
+@pytest.mark.short("gold")
 @pytest.mark.parametrize("bake", ["baked", "gold"])
 def test_settings_of_the_material_count(stage, request, bake):
     # A wide roughness blurs the orders into one band: 300 pixels are lit, and no order's width depends on the grid.

@@ -15,6 +15,7 @@ from .test_variation import answering
 from .world_scenes import add_ball, add_soft_boxes, assign, look_at_ball
 
 
+@pytest.mark.night("tests/addon/nodes/test_eevee_constants.py")
 def test_the_count_is_never_below_blenders_own(tmp_path):
     """A material that is counted to fit must not be magenta. The count includes 1 to 6 % that Blender does without."""
     command = [sys.executable, "-m", "tests.render.eevee_constants", str(tmp_path)]

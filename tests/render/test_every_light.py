@@ -39,6 +39,7 @@ def test_white_furnace_of_a_metal_and_of_layers(stage, matter_skin):
     expect_directional_albedo(stage, matter_skin, (0, 60, 75, 85), samples=256, limits=(0.02, 0.05))
 
 
+@pytest.mark.night("test_white_furnace")
 def test_white_furnace_of_a_deep_relief(stage, deep_skin):
     """The mirror image's colour changes by a quarter within the kernel."""
     expect_directional_albedo(stage, deep_skin, (75, 80, 85))
@@ -138,6 +139,7 @@ def test_nothing_counts_twice(stage, skin):
         np.testing.assert_allclose(light("ALL", name), parts[name], rtol=0.015)
 
 
+@pytest.mark.night("tests/render/test_sky_sun.py")
 def test_the_sources_of_a_world(stage, skin):
     """Two soft boxes in a dim sky: as sources they give the light of the random closure, with less noise."""
     path, _ = skin

@@ -65,7 +65,7 @@ def test_a_spike_is_blurred_no_more_than_by_four_degrees(stage, engine):
     assert found.max() == pytest.approx((2 * stage.addon.skin_nodes.MOST) ** 0.25, rel=rel)
 
 
-@pytest.mark.short("cycles", "samples2")
+@pytest.mark.short("cycles")
 @pytest.mark.parametrize(
     ("engine", "samples", "shrinks"), [("cycles", (6, 96), 16), ("eevee", (4, 16), 1), ("eevee", (16, 64), 4)]
 )

@@ -154,6 +154,7 @@ def test_what_the_render_does_not_show_does_not_diffract(pair, way):
     assert (ours > 0) == shown
 
 
+@pytest.mark.short("camera icon")
 @pytest.mark.parametrize("way", ["camera icon", "eye", "excluded", "deleted"])
 def test_nor_in_eevee(pair, way):
     made = pair()

@@ -74,7 +74,7 @@ def test_undone_and_done_again(files, skin, chosen):
     agree(now(files).rgb("cycles", PIXELS), changed)
 
 
-@pytest.mark.short("True")
+@pytest.mark.night("test_opened_again_and_copied")
 @pytest.mark.parametrize("link", [False, True])
 def test_sources_stay_with_their_scene(files, skin, link):
     """In a new file the ball and its world have no sources, and the random order finds all of the light. Once the world

@@ -156,6 +156,7 @@ def test_a_keyed_temperature_is_followed(stage, bakes):
     assert len(set(rows)) == 24
 
 
+@pytest.mark.night("test_three_spectra_in_one_scene")
 def test_white_lamps_need_nothing_more(stage, bakes):
     """A bake of nine channels under white lamps: no node more than a bake of three, and the same picture."""
     sun(stage, (0.1, -0.7, 0.9))
@@ -190,6 +191,7 @@ def test_a_lamp_becomes_coloured_and_white_again(stage, bakes):
     np.testing.assert_allclose(stage.rgb(), white, rtol=1e-5, atol=1e-6 * white.max())
 
 
+@pytest.mark.night("test_three_spectra_in_one_scene")
 def test_of_many_lamps_each_keeps_its_spectrum(stage, bakes):
     """Five lamps, of which a sample answers to two: the mean of many samples is the picture of all five."""
     ways = ((0.8, -0.6, 0.3), (-0.9, -0.5, 0.4), (0.1, -0.7, 0.9), (-0.3, -0.9, 0.2), (0.5, -0.8, 0.1))
@@ -250,7 +252,7 @@ def test_a_file_renders_alike_without_the_extension(files, bakes, tmp_path):
     np.testing.assert_array_equal(rgb_of(read_channels(picture)), with_it)
 
 
-@pytest.mark.short("cycles")
+@pytest.mark.night("test_three_spectra_in_one_scene")
 @pytest.mark.parametrize("engine", ENGINES)
 def test_the_random_order_has_the_spectrum_of_the_world(stage, bakes, engine):
     """All light of a smooth world comes by the random order. Under a line every direction has the colour of the world,

@@ -100,6 +100,7 @@ def test_lamps_that_are_not_normalized(stage, both, engine, kind, settings):
     agree(both, engine, 2e-2, samples=256)
 
 
+@pytest.mark.short("eevee")
 @pytest.mark.parametrize("engine", ENGINES)
 def test_two_lamps_parented_scaled_and_hidden(stage, both, engine):
     parent = stage.add("Parent", None, (0.1, 0.2, 0.3), rotation=(0.2, -0.3, 0.5), scale=(1.2, 1.2, 1.2))

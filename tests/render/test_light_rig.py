@@ -50,7 +50,7 @@ def colour(stage, engine) -> float:
     return float(np.maximum(colour_of(rgb), 0).mean())
 
 
-@pytest.mark.short("cycles")
+@pytest.mark.night("test_grey_is_as_bright_as_promised")
 @pytest.mark.parametrize("engine", ["cycles", "eevee"])
 def test_it_shows_more_colour_than_the_panels_sun(stage, cube, engine):
     bpy.ops.grating.add_sun()

@@ -24,7 +24,7 @@ def sun_seen_in_a_plane(stage, diameter):
     stage.camera((-np.sin(ANGLE), 0, np.cos(ANGLE)), angle=3 * diameter)
 
 
-@pytest.mark.short("cycles", "REST-eevee")
+@pytest.mark.short("LAMPS-cycles", "REST-eevee")
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("lights", ["LAMPS", "REST"])
 def test_a_flat_surface_mirrors_the_disc_of_a_sun(stage, flat, engine, lights):

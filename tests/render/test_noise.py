@@ -87,6 +87,7 @@ def test_stripes_are_found():
                 has_no_stripes(striped)
 
 
+@pytest.mark.short("REST")
 @LIGHTS
 def test_a_flat_surface_has_no_stripes(stage, skin, lights):
     plane_in_white_world(stage, skin[0], lights)
@@ -117,6 +118,7 @@ def test_tiles_leave_the_picture_as_it_is(stage, skin, lights):
     np.testing.assert_array_equal(grey(stage), whole)
 
 
+@pytest.mark.short("REST")
 @LIGHTS
 def test_noise_of_an_animation(stage, skin, lights):
     """It stays fixed to the surface unless the artist animates the seed."""
@@ -198,6 +200,7 @@ def test_no_value_is_beyond_its_bound(stage, skin, lights):
         assert 0 <= picture.min() and picture.max() <= 1 + most_of_a_draw(draws, np.radians(degrees))
 
 
+@pytest.mark.night("test_no_value_is_beyond_its_bound")
 def test_noise_in_eevee(stage, skin):
     plane_in_white_world(stage, skin[0], "REST")
     has_no_stripes(grey(stage, 32, 2, "eevee"))

@@ -69,7 +69,7 @@ def middle(baked, tmp_path):
     return path, atlas.unpack(image, layout)
 
 
-@pytest.mark.short("baked-0.3", "middle", "under_plate-0.3")
+@pytest.mark.short("baked-0.3", "middle")
 @pytest.mark.parametrize(
     ("bake", "disc", "settings"),
     [

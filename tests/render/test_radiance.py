@@ -142,7 +142,7 @@ def relative_error(rendered, truth):
 BOUNDS = {"cycles": (0.005, 0.02), "eevee": (0.01, 0.04)}
 
 
-@pytest.mark.short("sphere-point", "snake")
+@pytest.mark.short("snake")
 @pytest.mark.parametrize(
     ("form", "lights"),
     [*itertools.product(["plane", "sphere"], ["sun", "point", "two"]), ("snake", "two")],
@@ -161,7 +161,7 @@ def test_a_render_is_the_bake(stage, baked, form, lights):
         assert np.percentile(error, 95) <= p95
 
 
-@pytest.mark.short("baked-settings0", "baked-settings2", "baked-settings3", "gold-settings5", "under_plate-settings7")
+@pytest.mark.short("baked-settings0", "baked-settings3", "gold-settings5", "under_plate-settings7")
 @pytest.mark.parametrize(
     ("bake", "settings"),
     [

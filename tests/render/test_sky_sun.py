@@ -26,6 +26,7 @@ def sky(stage):
     stage.scene.world = None
 
 
+@pytest.mark.night("test_a_grating")
 def test_a_white_plane(stage, sky):
     bpy.ops.mesh.primitive_plane_add(size=2)
     material, tree = stage.material("White")

@@ -3,6 +3,7 @@
 
 import bpy
 import numpy as np
+import pytest
 
 from precompute.colour.spaces import delta_e_2000, lab, rgb_from_xyz
 
@@ -26,6 +27,7 @@ def p95_of_colours(picture, wanted):
     return np.percentile(found, 95)
 
 
+@pytest.mark.night("tests/addon/workflow/test_unwrapping.py")
 def test_an_unwrap_keeps_the_colours_and_the_new_map_s_tangents_do_not(stage, skin):
     bpy.ops.grating.add_snake(species="ELAPHE", pose="COILED", length_m=1.0, faces=11_000)
     snake = bpy.context.object

@@ -56,6 +56,7 @@ def test_a_wide_lamp_has_its_shape(stage, lamp):
     assert errors[1] < errors[0] / 2, errors
 
 
+@pytest.mark.night("test_a_wide_lamp_has_its_shape")
 def test_light_beside_a_wide_lamp_stays(stage, lamp):
     """A closure loses only what the lamp itself hides: the lamp stands before a white world, and is dark."""
     sky = add_world(stage)

@@ -182,6 +182,7 @@ def test_the_hologram_of_an_asset_is_fitted_when_it_is_adopted(addon, scene, gra
     assert aspect.default_value == 2.0
 
 
+@pytest.mark.night("test_the_command_writes_a_library")
 def test_an_unknown_preset_and_a_folder_that_is_a_file_are_one_line(scene, tmp_path):
     with pytest.raises(RuntimeError, match="preset tree: there is no such preset"):
         bpy.ops.grating.make_assets(directory=str(tmp_path / "new"), presets="tree")

@@ -76,6 +76,7 @@ def check_file(folder, url, told):
     return path
 
 
+@pytest.mark.night("tests/addon/assets/test_assets.py")
 def test_blender_lists_each_asset_with_its_facts(listed):
     meta = parsed("AssetLibraryMeta", listed / "_asset-library-meta.json")
     index_url = meta.api_versions["v1"]

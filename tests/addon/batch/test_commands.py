@@ -164,6 +164,7 @@ def test_a_file_set_to_video_at_half_size_renders_a_whole_picture(addon, scene, 
     assert Image.open(picture).size == (32, 16)
 
 
+@pytest.mark.night("test_places_that_cannot_be_written")
 def test_a_bake_without_its_sample_set_is_told_and_anothers_refused(addon, scene, baked, tmp_path, capfd):
     alone = tmp_path / "waves.exr"
     shutil.copy(baked, alone)
@@ -292,6 +293,7 @@ def test_the_cache_of_the_extension_is_listed_verified_and_pruned(addon, scene, 
     assert list(cache.entries()) == [] and kept.read_bytes() == baked.read_bytes()
 
 
+@pytest.mark.night("test_places_that_cannot_be_written")
 def test_a_bake_reports_its_progress_on_standard_error(addon, scene, scan, tmp_path, capfd):
     """A batch's log shows that the bake is running."""
     asked = ["bake", str(scan), "--size-um", "4", "--height-nm", "100", "-o", str(tmp_path / "bake"), "--no-cache"]
@@ -308,6 +310,7 @@ def test_a_bake_reports_its_progress_on_standard_error(addon, scene, scan, tmp_p
         assert shares[-1] > 0.5 if style != "none" else not shares
 
 
+@pytest.mark.night("test_linked_duplicates_are_unwrapped_once")
 def test_verbs_that_wait_report_their_progress(addon, scene, grating, tmp_path, capfd):
     """Each line is a stage and a percentage, and the last stage ends at 100 %."""
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))

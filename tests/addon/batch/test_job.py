@@ -157,6 +157,7 @@ def test_a_changed_job_renders_what_changed(addon, job, tmp_path):
     assert rendered == ["waves_x1_Sun-a45", "waves_x2_Sun-a45"]
 
 
+@pytest.mark.night("test_a_task_removes_what_a_killed_task_left")
 def test_a_picture_that_fails_is_tried_once_again(addon, job, tmp_path, monkeypatch, capfd):
     """The first fails once, the second twice. The others are rendered, and the exit status says that some failed."""
     render, failures = addon.worker.render, {NAMES[0]: 1, NAMES[1]: 2}
@@ -177,6 +178,7 @@ def test_a_picture_that_fails_is_tried_once_again(addon, job, tmp_path, monkeypa
     )
 
 
+@pytest.mark.night("test_a_task_removes_what_a_killed_task_left")
 def test_a_task_renders_its_part(addon, job, tmp_path):
     assert addon.commands.execute(["job", str(job), "--step", "bake", "--only", "waves"]) == 0
     part = ["--step", "frames", "--only", "waves", "--task", "2", "--per-task", "3"]

@@ -27,7 +27,7 @@ def bake_and_assign(addon, scene, path, output):
     return addon.assigning.assign_to_meshes(scene, list(bpy.context.selected_objects))
 
 
-@pytest.mark.short("error: b")
+@pytest.mark.night("test_a_name_that_blender_cannot_keep_is_refused")
 @pytest.mark.parametrize("name", NAMES)
 def test_a_scan_of_any_name_is_baked_and_assigned(addon, scene, scan, tmp_path, name):
     path = path_of(tmp_path, name)

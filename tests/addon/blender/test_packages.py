@@ -64,6 +64,7 @@ def test_a_bake_is_assigned_without_any_package(scene, baked, spoil, state):
     assert bpy.context.object.material_slots[0].material is grating.material
 
 
+@pytest.mark.night("tests/addon/operators/test_operators.py")
 @pytest.mark.parametrize("state", STATES)
 def test_a_bake_without_openexr_is_one_line(scene, tmp_path, spoilt_child, state):
     spoilt_child(state, "OpenEXR")
@@ -73,7 +74,7 @@ def test_a_bake_without_openexr_is_one_line(scene, tmp_path, spoilt_child, state
     assert not list(tmp_path.glob("out/**/*"))
 
 
-@pytest.mark.short("missing")
+@pytest.mark.night("tests/addon/ui/test_panel.py")
 @pytest.mark.parametrize("state", STATES)
 def test_a_bake_needs_no_pillow(scene, tmp_path, spoilt_child, state):
     spoilt_child(state, "PIL", "xatlas")

@@ -56,6 +56,7 @@ def test_seams_and_islands_of_a_grid(scene, addon, quarters, jumps):
     assert np.count_nonzero(flipped.turned) == jumps and flipped.island_count() == 2
 
 
+@pytest.mark.night("test_seams_and_islands_of_a_grid")
 def test_a_million_faces(scene, addon):
     mesh = grid(1000).data
     faces = np.arange(1_000_000) % 1000 < 500

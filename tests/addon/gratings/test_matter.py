@@ -122,7 +122,7 @@ def test_a_file_with_the_former_metal_opens(scene, waves, tmp_path):
     assert opened.bake_request().matter == parse("gold")
 
 
-@pytest.mark.short("gold")
+@pytest.mark.night("tests/addon/assets/test_assets.py")
 @pytest.mark.parametrize(("matter", "opaque"), [("dielectric", False), ("gold", True), (STACK, False)])
 def test_nothing_is_seen_through_a_metal(scene, addon, scan, tmp_path, matter, opaque):
     """A group stores what its bake's matter reflects, but for a dielectric, which follows the IOR."""

@@ -59,6 +59,7 @@ def is_alive(process: int) -> bool:
         return False
 
 
+@pytest.mark.night("test_a_killed_process_is_told_in_words")
 @pytest.mark.parametrize("python_path", [None, "", os.pathsep])
 def test_nothing_of_the_working_folder_is_run(addon, scene, scan, tmp_path, monkeypatch, python_path):
     """The working folder is that of the .blend, or the one where Blender was started."""
@@ -141,6 +142,7 @@ def test_a_failure_comes_with_its_fields(addon, scan, tmp_path):
     assert error.remedy == ("give ", setting.SIZE_UM, ", the width of the scan in micrometres")
 
 
+@pytest.mark.night("test_a_failure_comes_with_its_fields")
 @pytest.mark.parametrize(("printed", "told"), [
     ("", r"^bake: its process ended without a message \(status 1\); try again$"),
     ('{"error": {"what": "a.p', r"^bake: its process ended without a message \(status 1\); try again$"),
@@ -199,6 +201,7 @@ def test_a_killed_process_is_told_in_words(addon, job):
         job.result()
 
 
+@pytest.mark.night("tests/precompute/cli/test_stopped.py")
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="asks Linux for the process")
 @pytest.mark.parametrize("end", ENDS)
 def test_the_process_ends_with_blender(extension, tmp_path, end):

@@ -30,6 +30,7 @@ def files(scene, tmp_path):
 ROW = ("--engine", "cycles", "--scene", "cd", "--material", "grating", "--lamps", "1", "--width", "16", "--height", "8")
 
 
+@pytest.mark.night("test_a_process_that_fails_is_a_row")
 def test_a_row_and_its_picture(files, tmp_path, capsys):
     pictures, figures = tmp_path / "pictures", tmp_path / "figures.json"
     command = [*ROW, "--samples", "1", "--samples", "3", "--files", str(files), "--output", str(pictures)]

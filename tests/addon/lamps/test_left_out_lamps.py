@@ -63,7 +63,7 @@ def test_without_a_name_it_is_the_active_lamp(addon, lit, followed):
     assert held.is_skip_save, "else a menu repeats the lamp of the last call"
 
 
-@pytest.mark.short("REST")
+@pytest.mark.night("test_the_panel_lists_left_out_lamps_with_their_button")
 @pytest.mark.parametrize("lights", ["LAMPS", "REST", "ALL"])
 def test_groups_lose_a_lamp_that_is_left_out(addon, lit, grating, lights):
     """With Lamps Only the group has the nodes of two lamps. With Lamps and World it has few more nodes than these, to

@@ -231,6 +231,22 @@ def shown_pixels(it):
     return values
 
 
+@pytest.mark.short(
+    "the sample set's picture is deleted",
+    "all pictures are deleted",
+    "nodes have no picture",
+    "painted on and packed",
+    "unpacked and lost",
+    "the response to the world",
+    "the second's Diffraction group",
+    "the Lamp group",
+    "the scripts",
+    "the direction map",
+    "the comb",
+    "the lamp is deleted",
+    "properties and drivers",
+    "everything",
+)
 @pytest.mark.parametrize("done", DONE)
 def test_assign_mends_or_says_what_to_do(skin, done, capfd):
     wanted = shown_pixels(skin)
@@ -253,7 +269,7 @@ def assigned(it, done, wanted, capfd):
         np.testing.assert_array_equal(shown_pixels(it), wanted)
 
 
-@pytest.mark.short("everything", "all pictures")
+@pytest.mark.short("the bakes' files")
 @pytest.mark.parametrize("done", [
     "all pictures are deleted", "the response is deleted", "the second's response is deleted",
     "the Diffraction group is deleted", "the bakes' files and all pictures are deleted",
@@ -286,6 +302,7 @@ def facts_of(grating):
             "files": [grating.bake_path]}  # fmt: skip
 
 
+@pytest.mark.night("tests/addon/operators/test_bake_needs.py")
 def test_a_bake_after_its_picture_was_deleted(scene, scan):
     bpy.ops.grating.import_height_map(filepath=str(scan), size_um=4, height_nm=100)
     grating = scene.natural_gratings.active()
@@ -298,6 +315,7 @@ def test_a_bake_after_its_picture_was_deleted(scene, scan):
     assert sorted(bpy.data.images.keys()) == names
 
 
+@pytest.mark.night("tests/addon/ui/test_panel.py")
 def test_the_panel_says_what_is_lost_and_offers_to_mend_it(skin, capfd):
     assert "Mend Materials" not in drawn(skin)
     bpy.data.batch_remove(list(bpy.data.images))

@@ -110,6 +110,7 @@ def skins(tmp_path_factory):
     return [bake_to_folder([each], request, folder)["files"][0] for each in surfaces]
 
 
+@pytest.mark.night("test_sources_that_do_not_fit_are_left_to_the_rest")
 def test_a_snake_of_two_bakes_reads_all_eight_sources(addon, scene, skins):
     """Its constants once took 67,264 of EEVEE's 65,536 bytes, and it was magenta."""
     gratings = scene.natural_gratings

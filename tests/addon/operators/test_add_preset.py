@@ -17,6 +17,7 @@ def module(addon):
     return importlib.import_module(f"{EXTENSION}.addon.operators.add_preset")
 
 
+@pytest.mark.short("[cd", "gold_foil", "jewel_beetle", "security_hologram", "sunbeam_snake")
 @pytest.mark.parametrize("name", preset_names())
 def test_it_adds_a_grating_with_the_request_and_the_look_of_the_file(scene, name):
     assert bpy.ops.grating.add_preset(preset=name, assign=False) == {"FINISHED"}
@@ -99,6 +100,7 @@ def test_the_holograms_of_presets_are_those_of_the_add_on(addon):
     assert {name.upper(): inputs for name, inputs in PATTERNS.items()} == limits
 
 
+@pytest.mark.night("test_it_adds_a_grating_with_the_request_and_the_look_of_the_file")
 def test_undo_takes_it_back(scene):
     bpy.ops.ed.undo_push(message="before")
     bpy.ops.grating.add_preset(preset="record", assign=False)
@@ -109,6 +111,7 @@ def test_undo_takes_it_back(scene):
     assert bpy.context.scene.natural_gratings.active().name == "Vinyl Record"
 
 
+@pytest.mark.night("test_it_adds_a_grating_with_the_request_and_the_look_of_the_file")
 def test_its_material_has_the_base_and_the_inputs(addon, scene, tmp_path, monkeypatch):
     monkeypatch.setenv("NATURAL_GRATINGS_CACHE", str(tmp_path / "cache"))
     bpy.ops.grating.add_preset(preset="security_hologram", assign=False)
@@ -152,6 +155,7 @@ def test_a_grating_without_a_preset_has_the_look_of_before(scene, grating, addon
     assert skin.inputs["Roughness"].default_value == pytest.approx(0.6)
 
 
+@pytest.mark.night("test_it_adds_a_grating_with_the_request_and_the_look_of_the_file")
 def test_the_batch_verb_bakes_a_preset(addon, scene, tmp_path, monkeypatch):
     monkeypatch.setenv("NATURAL_GRATINGS_CACHE", str(tmp_path / "cache"))
     report = tmp_path / "facts.json"

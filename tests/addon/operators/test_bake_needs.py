@@ -56,6 +56,7 @@ def test_one_click_measures_bakes_and_swaps(addon, scene, coarse, watched):
     assert coarse.bake_request().needs.everything
 
 
+@pytest.mark.night("test_the_button_refuses_in_one_line_and_changes_nothing")
 def test_one_undo_brings_the_former_bake_back(addon, scene, coarse):
     first, request, wide = coarse.bake_path, coarse.request, shown_pixels(addon, coarse)
     bpy.ops.ed.undo_push(message="Before")
@@ -137,6 +138,7 @@ def test_a_ball_has_nothing_to_gain(addon, scene, coarse, ball, capfd, monkeypat
     assert (coarse.bake_path, coarse.request, shown_pixels(addon, coarse)) == before
 
 
+@pytest.mark.night("test_a_ball_has_nothing_to_gain")
 def test_the_verb_says_that_there_is_nothing_to_gain(addon, scene, coarse, ball, tmp_path, capfd):
     report, path = tmp_path / "report.json", coarse.bake_path
     capfd.readouterr()
@@ -156,6 +158,7 @@ def test_a_bake_that_comes_out_no_smaller_is_not_taken(addon, coarse, monkeypatc
     assert coarse.bake_path == before and not coarse.for_scene
 
 
+@pytest.mark.night("test_the_verb_bakes_and_saves")
 def test_the_estimate_is_that_of_a_bake(addon, scene, coarse, watched):
     """A bake's texels differ by up to 7 % (workflow/baking.py), which is 15 % of its bytes."""
     from precompute.bake.needs import EVERYTHING

@@ -67,6 +67,7 @@ def relief_of_the_grid(shared_data):
 
 # Real files, named as by microscopes, and their levelled relief: the first from Gwyddion's export
 # (../shared/data/SOURCES.md, in whole thousandths of a nanometre), the grid's from its picture, in steps of 0.005 nm.
+@pytest.mark.short("grid.nid")
 @pytest.mark.parametrize(("file", "name", "relief_m"), [
     ("formats/st_di-3.di", "skin.spm", lambda _: 408.830e-9), ("nanosurf/grid.nid", "grid.nid", relief_of_the_grid),
 ])  # fmt: skip

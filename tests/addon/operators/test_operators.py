@@ -125,7 +125,7 @@ def test_a_child_bakes_into_the_extension_s_own_cache(addon, scene, scan, tmp_pa
     assert addon.baking.bake_and_wait(grating, str(tmp_path), use_cache=False)["cached"] is False
 
 
-@pytest.mark.short("options0", "options2")
+@pytest.mark.night("test_a_child_bakes_into_the_extension_s_own_cache")
 @pytest.mark.parametrize(
     ("options", "kept"),
     [
@@ -264,6 +264,7 @@ def test_assign_without_a_uv_map_changes_nothing(scene, baked):
     assert not plane.material_slots and not bpy.data.materials
 
 
+@pytest.mark.night("test_assigning_twice_makes_one_material")
 @pytest.mark.parametrize("button", ["comb", "direction"])
 def test_the_remedies_for_a_missing_uv_map_work(scene, baked, button):
     """The remedies that the refusal names and that need no UV map."""

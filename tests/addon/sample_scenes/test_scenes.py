@@ -35,7 +35,7 @@ def test_discs_and_foil_are_of_the_presets_matter(scene, preset):
     assert scenes.SCENES[scene].matter == str(read_preset(preset).request.matter)
 
 
-@pytest.mark.short("hero", "turntable")
+@pytest.mark.night("test_a_turntable_goes_round_once_at_an_even_pace")
 @pytest.mark.parametrize("view", list(animal.VIEWS))
 def test_views_of_the_animal(addon, view, tmp_path):
     panorama = tmp_path / "room.exr"

@@ -37,7 +37,7 @@ def crumbs() -> tuple[np.ndarray, np.ndarray]:
     return matrices[:, :3, 3], np.linalg.norm(matrices[:, :3, 0], axis=1)
 
 
-@pytest.mark.short("soil", "turntable")
+@pytest.mark.night("tests/addon/sample_scenes/test_scenes.py")
 @pytest.mark.parametrize("name", list(SETS))
 def test_a_set_holds_what_it_is_named_for(scene, name, monkeypatch):
     monkeypatch.setattr(soil, "_CRUMBS", 5000)
@@ -45,6 +45,7 @@ def test_a_set_holds_what_it_is_named_for(scene, name, monkeypatch):
     assert HOLDS[name] <= set(bpy.data.objects.keys())
 
 
+@pytest.mark.night("tests/addon/workflow/test_adding_snakes.py")
 @pytest.mark.parametrize(("options", "name"), [((), "terrarium"), (("--set", "turntable"), "turntable")])
 def test_the_command_line_chooses_a_set_else_the_view_does(scene, options, name, tmp_path, monkeypatch):
     monkeypatch.setattr(soil, "_CRUMBS", 5000)
@@ -57,6 +58,7 @@ def test_the_command_line_chooses_a_set_else_the_view_does(scene, options, name,
     assert any(instance.is_instance for instance in shown) == (name == "terrarium")
 
 
+@pytest.mark.night("tests/addon/sample_scenes/test_scenes.py")
 def test_crumbs_are_small_heaped_against_the_snake_and_touch_nothing(scene, monkeypatch):
     """Of a quarter of the crumbs, some 15,000 find a place."""
     monkeypatch.setattr(soil, "_CRUMBS", soil._CRUMBS // 4)
@@ -136,6 +138,7 @@ def test_both_engines_show_a_set(scene, name, tmp_path, monkeypatch):
     np.testing.assert_allclose(eevee.mean(axis=(0, 1)), cycles.mean(axis=(0, 1)), rtol=0.3)
 
 
+@pytest.mark.night("tests/addon/sample_scenes/test_scenes.py")
 def test_the_plate_is_exposed_as_grey(scene, tmp_path):
     """At the exposure of the plate's set, without the view's own stops, the open plate is 18 % grey in the picture."""
     build(scene, "turntable", "turntable")

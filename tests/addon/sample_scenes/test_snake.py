@@ -157,6 +157,7 @@ def test_the_sky_has_its_sun_where_the_lamp_would_be():
     assert np.degrees([sky.sun_rotation, sky.sun_elevation]) == pytest.approx([60, 40])
 
 
+@pytest.mark.night("test_the_scene_of_a_wall_has_what_the_demo_names")
 def test_command_line_writes_a_blend(tmp_path):
     output = tmp_path / "snake.blend"
     subprocess.run(
@@ -201,6 +202,7 @@ def test_the_report_shows_every_picture(tmp_path, count):
     ]  # fmt: skip
 
 
+@pytest.mark.night("test_the_scene_of_a_wall_has_what_the_demo_names")
 @pytest.mark.parametrize("script", ["stage.py", "views.py", "wall.py", "animal.py", "ball.py", "discs.py"])
 def test_the_scripts_of_the_demo_find_the_project_from_any_folder(script, tmp_path):
     """`blender --python FILE` puts neither the project nor the working folder on its path."""

@@ -37,6 +37,7 @@ def test_the_number_of_faces_is_near_the_one_asked_for(make, species, faces):
     assert len(make(species, faces=faces).starts) == pytest.approx(faces, rel=0.05)
 
 
+@pytest.mark.night("test_the_number_of_faces_is_near_the_one_asked_for")
 @pytest.mark.parametrize("species", SPECIES)
 @pytest.mark.parametrize("pose", POSES)
 def test_the_mesh_is_closed_and_every_face_has_an_area(make, species, pose):
@@ -54,6 +55,7 @@ def test_the_mesh_is_closed_and_every_face_has_an_area(make, species, pose):
     assert np.linalg.norm(face_areas(shape), axis=1).min() > 1e-14
 
 
+@pytest.mark.night("test_the_same_seed_makes_the_same_snake_and_another_seed_turns_its_plates")
 @pytest.mark.parametrize("faces", [11_000, 1_000_000])
 def test_no_face_is_without_area_at_the_fewest_and_the_most_faces(make, faces):
     shape = make(faces=faces)
@@ -153,7 +155,7 @@ def turns_within_plates(room, shape):
     return (np.bincount(plate, angle * roll) / np.bincount(plate, angle**2))[faces == faces.max()]
 
 
-@pytest.mark.short("0.75")
+@pytest.mark.night("test_the_same_seed_makes_the_same_snake_and_another_seed_turns_its_plates")
 @pytest.mark.parametrize("flatness", [0.75, 1.0])
 def test_flat_plates_take_away_their_share_of_the_bodys_roundness(room, make, flatness):
     round_plates, flat = (
@@ -258,7 +260,7 @@ def test_angles_at_the_seam_and_at_tips_are_those_of_their_face(room):
     assert found[2] == pytest.approx((0.1, 0.2, 0.15, 0.1))
 
 
-@pytest.mark.short("11000", "200000")
+@pytest.mark.night("test_a_shed_skin_repeats_with_its_seed")
 @pytest.mark.parametrize("species", SPECIES)
 @pytest.mark.parametrize("faces", [11_000, 200_000, 1_000_000])
 def test_a_shed_skin_is_one_sheet_with_one_edge(room, species, faces):

@@ -18,6 +18,7 @@ def imported(scene, scan):
     return scene.natural_gratings.active()
 
 
+@pytest.mark.night("test_without_a_word_a_plane_is_taken_out_and_none_takes_nothing")
 def test_the_panels_steps_are_those_of_the_bake(imported, tmp_path):
     imported.levelling = "plane,dust,rotate:90"
     assert bpy.ops.grating.bake(directory=str(tmp_path)) == {"FINISHED"}
@@ -47,6 +48,7 @@ def test_steps_that_a_file_holds_and_are_none_fail_the_bake_in_one_line(imported
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.night("tests/addon/workflow/test_measuring_needs.py")
 def test_a_request_fills_the_list_and_is_repeated(addon, scene, scan, tmp_path):
     facts = tmp_path / "facts.json"
     line = ["bake", str(scan), "--size-um", "4", "--height-nm", "100", "-o", str(tmp_path), "--delta-e", "6"]
@@ -59,6 +61,7 @@ def test_a_request_fills_the_list_and_is_repeated(addon, scene, scan, tmp_path):
     assert bpy.context.scene.natural_gratings.active().levelling == "none"
 
 
+@pytest.mark.night("test_without_a_word_a_plane_is_taken_out_and_none_takes_nothing")
 def test_line_alignment_is_warned_of(scene, tmp_path, capfd):
     """With grooves along the scan's x axis; after the bake a warning names what the step removes."""
     lines = np.tile(127 + 100 * np.sin(2 * np.pi * np.arange(64) / 8), (64, 1)).T

@@ -49,6 +49,7 @@ def test_it_begins_with_a_picture_show_me_and_the_selected_mesh(scene, panel):
     assert "Corn Snake" in layout.labels
 
 
+@pytest.mark.night("test_no_step_folds_by_itself_and_the_presets_stay")
 def test_each_step_offers_the_next(scene, scan, following):
     bpy.ops.grating.import_height_map(filepath=str(scan), size_um=4, height_nm=100)
     assert (following().step, following().operator) == ("Surface", "grating.bake")

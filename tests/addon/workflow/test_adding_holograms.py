@@ -69,6 +69,7 @@ def test_each_pattern_feeds_the_node_with_the_chosen_numbers(assigned, addon, ad
     assert link.from_node.type == "UVMAP" and link.from_node.uv_map == ""
 
 
+@pytest.mark.night("test_each_pattern_feeds_the_node_with_the_chosen_numbers")
 @pytest.mark.parametrize("pattern", GIVEN)
 def test_the_group_has_tooltips_units_and_blender_s_own_nodes(assigned, addon, add, pattern):
     add(pattern)

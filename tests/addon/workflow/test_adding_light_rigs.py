@@ -58,7 +58,7 @@ def fails(capfd, **settings) -> str:
     return lines[0]
 
 
-@pytest.mark.short("POINTS", "STUDIO")
+@pytest.mark.night("test_the_key_stands_where_the_grating_equation_says")
 @pytest.mark.parametrize("kind", KINDS)
 def test_each_kind_has_its_lamps_in_a_collection_of_their_own(lit, kind, capfd):
     out = reports(lambda: bpy.ops.grating.light_rig(kind=kind), capfd)
@@ -162,6 +162,7 @@ def test_a_grid_lights_the_object_and_not_the_ground_beside_it(lit):
     assert math.degrees(spot.spot_size / 2) == pytest.approx(20)
 
 
+@pytest.mark.night("test_undo_leaves_nothing")
 def test_softness_scales_the_lamps(lit):
     bpy.ops.grating.light_rig(kind="STUDIO")
     before = rig()["Soft Box"].data.size
@@ -169,6 +170,7 @@ def test_softness_scales_the_lamps(lit):
     assert rig()["Soft Box"].data.size == pytest.approx(before / 2)
 
 
+@pytest.mark.night("test_the_key_stands_where_the_grating_equation_says")
 def test_it_replaces_its_own_lamps_and_no_others(lit):
     scene = bpy.context.scene
     world = scene.world
@@ -184,6 +186,7 @@ def test_it_replaces_its_own_lamps_and_no_others(lit):
     assert scene.render.engine == bpy.context.scene.render.engine
 
 
+@pytest.mark.night("test_the_material_follows_its_lamps")
 def test_an_artists_lamp_in_its_collection_stays(lit):
     bpy.ops.grating.light_rig()
     own = bpy.data.objects.new("Own", bpy.data.lights.new("Own", "POINT"))

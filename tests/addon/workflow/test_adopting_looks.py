@@ -66,6 +66,7 @@ def copied(scene, addon, tmp_path):
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
 
 
+@pytest.mark.night("test_what_an_artist_set_is_the_look")
 @pytest.mark.parametrize("pasted", [True, False])
 @pytest.mark.parametrize("preset", ["gold_foil", "security_hologram"])
 def test_a_pasted_preset_keeps_its_look(copied, addon, preset, pasted):

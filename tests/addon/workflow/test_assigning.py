@@ -283,6 +283,7 @@ def test_a_linked_material_is_refused_before_any_change(scene, grating, addon, l
     assert not addon.material.diffraction_nodes(own)
 
 
+@pytest.mark.night("test_assign_mends_its_material")
 @pytest.mark.parametrize(
     ("kind", "word"), [("curve.primitive_bezier_circle_add", "curve"), ("object.text_add", "text"),
                        ("object.metaball_add", "metaball"), ("surface.primitive_nurbs_surface_sphere_add", "surface"),

@@ -69,6 +69,7 @@ def test_materials_show_the_new_bake_in_place(scene, grating, addon):
     assert node.inputs["Base"].is_linked and node.outputs["Shader"].is_linked
 
 
+@pytest.mark.night("test_what_is_set_during_a_bake_is_not_noted_as_baked")
 def test_an_image_that_an_artist_uses_elsewhere_stays(scene, grating, addon):
     bpy.ops.grating.assign()
     image = bpy.data.images["waves"]
@@ -80,6 +81,7 @@ def test_an_image_that_an_artist_uses_elsewhere_stays(scene, grating, addon):
     bpy.data.textures.remove(kept)
 
 
+@pytest.mark.night("test_what_is_set_during_a_bake_is_not_noted_as_baked")
 def test_gratings_of_one_file_have_their_own_bakes(scene, grating, scan, addon):
     """The same file at another size is another surface."""
     bpy.ops.grating.import_height_map(filepath=str(scan), size_um=5, height_nm=100)
@@ -91,6 +93,7 @@ def test_gratings_of_one_file_have_their_own_bakes(scene, grating, scan, addon):
     assert sizes == [4, 5]
 
 
+@pytest.mark.night("test_materials_show_the_new_bake_in_place")
 def test_a_bake_written_over_is_assigned_anew(addon, scene, scan, tmp_path):
     """By the command line: the same file holds another bake at the second `assign`."""
     options = [str(scan), "--size-um", "4", "--height-nm", "100", "-o", str(tmp_path), "--no-cache"]
@@ -103,6 +106,7 @@ def test_a_bake_written_over_is_assigned_anew(addon, scene, scan, tmp_path):
         np.testing.assert_array_equal(shown_image(grating.group), image_in(file))
 
 
+@pytest.mark.night("test_settings_that_changed_since_the_bake_are_noticed")
 def test_a_metals_bake_holds_its_reflectance(grating):
     assert not read_header(grating.baked_file())[0].holds_reflectance
     grating.matter = "GOLD"

@@ -57,6 +57,7 @@ def faults(fault, **settings) -> None:
     assert len(str(caught.value).strip().splitlines()) == 1
 
 
+@pytest.mark.short("TAIL", "UV", "SMOOTHEST")
 @pytest.mark.parametrize("source", ["TAIL", "X", "Y", "Z", "UV", "SMOOTHEST"])
 def test_suzanne_is_combed(monkey, capfd, source):
     maps = [layer.name for layer in monkey.data.uv_layers]
@@ -184,6 +185,7 @@ def test_combing_again_replaces_the_field(tube, addon):
     assert len(tube.data.uv_layers) == 1
 
 
+@pytest.mark.night("test_undo_takes_the_field_away")
 def test_a_combed_mesh_is_assigned_without_a_warning_of_seams(monkey, grating, capfd):
     assert "UV" in reports(bpy.ops.grating.assign, capfd)
     bpy.ops.grating.comb(source="X")
@@ -235,6 +237,7 @@ def test_flat_and_empty_meshes_are_refused(scene):
     faults("Plane: no UV map", source="UV")
 
 
+@pytest.mark.night("test_undo_takes_the_field_away")
 def test_of_several_meshes_all_are_combed_or_none(monkey, scene):
     line = bpy.data.meshes.new("Line")
     line.from_pydata([(0, 0, 0), (1, 0, 0), (2, 0, 0)], [], [(0, 1, 2)])

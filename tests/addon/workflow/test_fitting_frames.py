@@ -162,6 +162,7 @@ def test_what_cannot_be_fitted_is_refused(addon, scene, sky, grating):
     assert scene.frame_current == 4
 
 
+@pytest.mark.night("test_each_frame_has_its_own_sources")
 @pytest.mark.parametrize("text", ["", "x", "1:", "4:00ff", "a:b c", "4", "9" * 5000])
 def test_a_forged_record_does_no_harm(addon, scene, sky, text):
     """A record without frames, or with another fingerprint for this one: its sources are dropped."""

@@ -104,6 +104,7 @@ def test_the_panel_offers_a_fit_that_has_work_and_tells_one_that_failed(addon, s
     assert "grating.fit_world" not in drawn().operators
 
 
+@pytest.mark.night("test_what_acts_on_a_world_looks_at_it_as_it_is")
 @pytest.mark.parametrize("kind", ["ShaderNodeRGB", "ShaderNodeBlackbody"])
 def test_an_even_world_needs_no_render(addon, scene, sky, monkeypatch, kind):
     monkeypatch.setattr(addon.world_probe, "fit_of", None)

@@ -61,6 +61,7 @@ def test_a_file_with_a_backslash_in_its_name_stays_itself(beside, tmp_path):
     assert beside.baked_file() == tmp_path / "bakes\\waves.exr"
 
 
+@pytest.mark.night("test_unpacked_pictures_with_backslashes_are_whole")
 @pytest.mark.parametrize("drive", ["C:\\", "c:/", "\\\\server\\share\\"])
 def test_a_path_of_a_windows_drive_costs_one_line(beside, addon, drive):
     """The packed bake stays in use; a new bake needs the scan."""
@@ -87,6 +88,7 @@ def test_a_bake_does_not_make_a_folder_named_like_a_server(beside, tmp_path, mon
     assert sorted(tmp_path.rglob("*")) == before
 
 
+@pytest.mark.night("tests/addon/workflow/test_restoring_bakes.py")
 def test_a_folder_without_slashes_is_recorded_whole(beside, tmp_path, monkeypatch):
     """A relative folder is of the working folder, which the next Blender does not share."""
     monkeypatch.setenv("NATURAL_GRATINGS_CACHE", str(tmp_path / "cache"))

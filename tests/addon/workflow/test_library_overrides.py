@@ -105,7 +105,7 @@ def test_more_lamps_than_the_linked_group_reads_are_in_that_line(guest, addon, k
     )
 
 
-@pytest.mark.short("linked-True", "object-False")
+@pytest.mark.short("linked")
 @pytest.mark.parametrize("is_owner", [False, True])
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_button_works_or_refuses_in_one_line(guest, addon, baked, kind, is_owner, capfd):
@@ -140,6 +140,7 @@ def test_an_override_keeps_what_was_done_to_it_in_the_saved_file(guest, addon, b
     assert guest_of_scene().active_material != bpy.context.scene.natural_gratings.active().material
 
 
+@pytest.mark.night("tests/addon/workflow/test_adopting.py")
 @pytest.mark.parametrize("kind", KINDS)
 def test_made_local_it_is_adopted(guest, addon, kind):
     bring(guest, kind)

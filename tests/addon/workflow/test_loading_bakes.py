@@ -54,6 +54,7 @@ def test_a_bake_of_a_scan_shows_its_figures(scene, baked):
     assert bpy.ops.grating.assign() == {"FINISHED"}
 
 
+@pytest.mark.night("tests/precompute/cli/test_bake_preset.py")
 def test_a_bake_of_a_synthetic_surface_can_be_baked_again(scene, addon, foil):
     assert load(foil) == {"FINISHED"}
     grating = scene.natural_gratings.active()

@@ -42,6 +42,7 @@ def turn_camera(scene):
     bpy.context.view_layer.update()
 
 
+@pytest.mark.night("tests/addon/workflow/test_foreign_paths.py")
 def test_the_region_is_noted_with_the_bake(scene, watched, narrow, addon):
     grating = scene.natural_gratings.active()
 

@@ -48,6 +48,7 @@ def reopened(path):
     select(bpy.data.objects["Plane"])
 
 
+@pytest.mark.night("test_a_bake_of_another_version_is_told")
 def test_a_deleted_folder_is_the_next_step_and_bake_brings_it_back(imported, addon):
     assert following(addon).operator == "grating.assign"
     shutil.rmtree(imported.baked_file().parent)
@@ -62,6 +63,7 @@ def test_a_deleted_folder_is_the_next_step_and_bake_brings_it_back(imported, add
     assert imported.baked_file().is_file()
 
 
+@pytest.mark.night("test_a_bake_of_another_version_is_told")
 def test_a_bake_that_the_blend_holds_is_not_missed(imported, addon):
     """The material shows its packed pictures, and the chart brings the files back from them."""
     assert bpy.ops.grating.assign() == {"FINISHED"}
@@ -95,6 +97,7 @@ def test_a_blend_that_was_moved_finds_its_bake_or_makes_it_anew(imported, addon,
     assert bpy.ops.grating.assign() == {"FINISHED"} and addon.finding_bakes.bake_of(active()).is_file()
 
 
+@pytest.mark.night("tests/addon/assets/test_assets.py")
 def test_a_preset_without_its_draft_is_baked(scene, addon, monkeypatch):
     """The folder of drafts is not in the repository, and an artist may delete it or clear the cache."""
     monkeypatch.setattr(addon.baking, "shipped_draft", lambda *_: None)
@@ -120,6 +123,7 @@ def test_a_bake_of_another_version_is_told(imported, addon):
     assert "Baked by another version of the extension" in " ".join(drawn(addon).labels)
 
 
+@pytest.mark.night("test_a_blend_that_was_moved_finds_its_bake_or_makes_it_anew")
 def test_undo_takes_a_new_bake_of_an_opened_file_back(imported, addon, tmp_path):
     """In Blender 4.5 about half of such undos crashed, until replaced node groups were no longer deleted."""
     bpy.ops.grating.assign()

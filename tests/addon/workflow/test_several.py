@@ -67,6 +67,7 @@ def test_several_files_become_one_grating(scene, skins):
     assert {(scan.size_um, scan.height_nm, scan.channel) for scan in asked.scans} == {(4.1, 100.0, None)}
 
 
+@pytest.mark.night("tests/addon/operators/test_operators.py")
 def test_a_bake_of_several_files_is_that_of_the_command_line(addon, scene, skins, tmp_path, monkeypatch):
     """The cache key and the bytes are equal."""
     monkeypatch.setenv("NATURAL_GRATINGS_CACHE", str(tmp_path / "cache"))
@@ -91,6 +92,7 @@ def test_a_bake_of_several_files_is_that_of_the_command_line(addon, scene, skins
     assert addon.baking.bake_and_wait(gratings()[1], str(tmp_path / "alone"))["cached"] is False
 
 
+@pytest.mark.night("tests/addon/workflow/test_measuring_needs.py")
 def test_a_batch_bake_of_several_is_one_grating_with_all_scans(addon, scene, skins, tmp_path):
     files = [str(skins / name) for name in ("one.png", "two.png")]
     line = ["bake", *files, "--size-um", "4.1", "--height-nm", "100", "--delta-e", "6", "-o", str(tmp_path / "bake")]

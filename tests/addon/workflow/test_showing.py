@@ -43,6 +43,7 @@ def facts(scene):
     )  # fmt: skip
 
 
+@pytest.mark.night("test_a_preset_is_put_on_the_selected_meshes_at_once")
 def test_show_me_adds_a_scene_and_leaves_the_others(addon, scene, shipped):
     before = facts(scene)
     assert bpy.ops.grating.show_me(preset=PRESET) == {"FINISHED"}

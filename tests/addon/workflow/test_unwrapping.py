@@ -46,6 +46,7 @@ def areas(mesh, name) -> np.ndarray:
     return ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]) / 2
 
 
+@pytest.mark.night("test_the_seams_of_the_mesh_are_followed")
 @pytest.mark.parametrize("method", METHODS)
 def test_a_new_map_and_all_else_as_before(monkey, method, capfd):
     before, objects, meshes = map_of(monkey, "UVMap"), len(bpy.data.objects), len(bpy.data.meshes)
@@ -64,6 +65,7 @@ def test_a_new_map_and_all_else_as_before(monkey, method, capfd):
     assert not any(edge.use_seam for edge in monkey.data.edges)
 
 
+@pytest.mark.night("test_a_mesh_without_a_map_is_told_that_the_new_one_turns")
 def test_the_grating_keeps_its_direction(carrier, grating, addon, capfd):
     told = reports(bpy.ops.grating.unwrap, capfd)
     assert "Suzanne: its grating keeps the direction of UVMap" in told
@@ -71,12 +73,14 @@ def test_the_grating_keeps_its_direction(carrier, grating, addon, capfd):
     assert (source.kind, source.uv_map) == ("UV_MAP", "UVMap")
 
 
+@pytest.mark.night("test_a_mesh_without_a_map_is_told_that_the_new_one_turns")
 def test_a_source_that_the_artist_chose_stays(carrier, grating, addon):
     bpy.ops.grating.direction(kind="AXIS")
     bpy.ops.grating.unwrap()
     assert grating.frame_kind == "AXIS"
 
 
+@pytest.mark.night("test_another_mesh_without_that_map_keeps_the_default")
 def test_a_comb_is_left_alone(carrier, grating, addon, capfd):
     bpy.ops.grating.comb(source="X")
     assert "keeps the direction" not in reports(bpy.ops.grating.unwrap, capfd)
@@ -203,6 +207,7 @@ def test_a_mesh_that_was_edited_meanwhile_is_left_alone(monkey, addon):
     assert len(monkey.data.uv_layers) == 1
 
 
+@pytest.mark.night("test_the_command_line_unwraps_and_saves")
 @pytest.mark.parametrize("method", METHODS)
 def test_undo_takes_the_map_away(carrier, method):
     bpy.ops.ed.undo_push(message="Before")

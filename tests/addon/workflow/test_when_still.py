@@ -40,6 +40,7 @@ def be_still(addon):
             assert timer() is None
 
 
+@pytest.mark.short("strength", "texture mapping", "[link", "mute", "in a group", "ramp", "sun", "object", "painted")
 @pytest.mark.parametrize("how", WORLD_CHANGES)
 def test_a_world_that_changed_is_not_known_as_it_was(addon, scene, grating, window, world, how):  # noqa: F811
     scene.world = world
@@ -131,6 +132,17 @@ def noted(scene):
     return drivers, own, layers, marks, lamps
 
 
+@pytest.mark.short(
+    "moved",
+    "another kind",
+    "other data",
+    "hidden by the eye",
+    "not in reflections",
+    "excluded",
+    "linked to objects",
+    "its data removed",
+    "parented",
+)
 @pytest.mark.parametrize("how", LAMP_CHANGES)
 def test_what_changes_of_a_lamp_is_followed_at_once(addon, scene, grating, window, how):
     assert bpy.ops.grating.assign() == {"FINISHED"}

@@ -11,6 +11,7 @@ from tests.addon.worlds.made import world_with
 UP, FIRST_TURN, LAST_TURN = 0.6, 0.2, 1.4
 
 
+@pytest.mark.night("tests/addon/workflow/test_fitting_frames.py")
 def test_the_sun_of_a_turning_sky_is_found_in_each_frame(addon, scene):
     world, background = world_with("ShaderNodeTexSky")
     sky = background.inputs["Color"].links[0].from_node

@@ -47,6 +47,7 @@ def hdri(scene):
     return world, node
 
 
+@pytest.mark.night("test_a_second_blender_that_fails_is_told")
 def test_a_picture_is_seen_as_blender_lays_it_and_nothing_is_left_behind(addon, scene, hdri):
     """The picture has the panorama's own pixels, so each must come back where it was."""
     world, node = hdri
@@ -63,7 +64,7 @@ def test_a_picture_is_seen_as_blender_lays_it_and_nothing_is_left_behind(addon, 
     assert fit.missed < 0.001
 
 
-@pytest.mark.short("[2]")
+@pytest.mark.night("test_a_second_blender_that_fails_is_told")
 @pytest.mark.parametrize("index", range(4))
 def test_the_sun_of_each_sky(addon, scene, index):
     """Irradiance and position against 300 x 300 pixels around the sun, rendered in this Blender."""
@@ -140,6 +141,7 @@ def test_a_mapping_turns_the_sources(addon, scene, hdri):
     assert everything() == before and place.object == turn
 
 
+@pytest.mark.night("test_a_second_blender_that_fails_is_told")
 def test_what_glossy_rays_see_at_the_present_frame(addon, scene):
     """Through a driven strength, in a group, with a Light Path that shows the camera another colour, and a volume that
     would swallow the world."""
@@ -176,6 +178,7 @@ def test_what_glossy_rays_see_at_the_present_frame(addon, scene):
         bpy.data.worlds.remove(world)
 
 
+@pytest.mark.night("test_a_second_blender_that_fails_is_told")
 def test_a_linked_world(addon, scene, hdri, tmp_path):
     import bpy
 
@@ -196,6 +199,7 @@ def test_a_linked_world(addon, scene, hdri, tmp_path):
     bpy.data.libraries.remove(linked.library)
 
 
+@pytest.mark.night("test_a_second_blender_that_fails_is_told")
 def test_the_colours_are_of_the_files_working_space(addon, scene):
     import bpy
 
@@ -253,6 +257,7 @@ def test_one_that_takes_beyond_reason_is_ended(addon, scene, hdri, monkeypatch, 
     assert not list(temporary.iterdir())
 
 
+@pytest.mark.night("test_one_that_takes_beyond_reason_is_ended")
 def test_a_picture_that_never_ends_is_ended_in_a_window_too(addon, scene, hdri, monkeypatch, temporary):
     """The world's picture is a pipe that nobody writes to. It is polled, as with a window."""
     import bpy
@@ -284,6 +289,7 @@ def test_a_file_that_cannot_be_written_is_told(addon, scene, hdri, monkeypatch, 
     assert everything() == before
 
 
+@pytest.mark.night("test_a_second_blender_that_fails_is_told")
 def test_a_sun_too_small_for_the_samples_of_the_panorama(addon, scene):
     """0.1 degrees wide, darker at its limb: a Sky Texture gives its direction."""
     world, background = world_with("ShaderNodeTexSky")

@@ -46,7 +46,7 @@ SURFACES = {
 }
 
 
-@pytest.mark.short("gold-blaze", "film-disc", "layers-skin")
+@pytest.mark.short("film-disc")
 @pytest.mark.parametrize("surface", SURFACES)
 @pytest.mark.parametrize("matter", MATTERS)
 def test_a_bake_looks_like_the_reference(surface, matter):
@@ -124,6 +124,7 @@ def test_the_zero_order_is_the_reflectance_at_half_of_w(matter):
     assert np.ptp(expected[:, 1]) > 0.05
 
 
+@pytest.mark.night("test_the_index_of_the_material_does_not_count")
 def test_an_index_is_a_dielectric_in_stams_form():
     """The table with matter 1.56 holds R, a dielectric's radiance multiplies by R: both are R O S.
 

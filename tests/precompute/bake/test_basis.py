@@ -71,6 +71,7 @@ def test_a_mirror_learns_nothing(baked):
     assert with_learnt_basis(black, lambda _: True) is black
 
 
+@pytest.mark.night("tests/precompute/bake/test_region.py")
 def test_a_bake_has_fewer_functions_than_polynomials_and_keeps_its_error(relief):
     made = make([relief], REQUEST)
     assert made.layout.terms < made.layout.polynomials
@@ -78,6 +79,7 @@ def test_a_bake_has_fewer_functions_than_polynomials_and_keeps_its_error(relief)
     assert made.errors.p99_most <= 1
 
 
+@pytest.mark.night("tests/precompute/bake/test_spread.py")
 def test_the_file_holds_the_functions(relief):
     table = make([relief], REQUEST).table
     again = unpack(*pack(table))

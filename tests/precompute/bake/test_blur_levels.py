@@ -115,6 +115,7 @@ def sampled(request):
     return errors
 
 
+@pytest.mark.short("blazed-1", "elaphe-3")
 @pytest.mark.parametrize("level", [0, 1, 3, 6])
 def test_a_level_of_a_sample_keeps_the_budget(sampled, level):
     """Level 0 was asked for a dE00 of 1, and each level has as many texels to its kernel. The luminance may differ by
@@ -124,6 +125,7 @@ def test_a_level_of_a_sample_keeps_the_budget(sampled, level):
     assert errors.relative_dy < 0.01
 
 
+@pytest.mark.night("tests/precompute/bake/test_wide_check.py")
 @pytest.mark.parametrize("level", [0.5, 2.5, 4.5])
 def test_between_levels_orders_are_little_too_bright(sampled, level):
     """Between two levels the variance is exact, the kernel's shape nearly.

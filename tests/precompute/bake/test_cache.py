@@ -73,6 +73,7 @@ def test_a_damaged_entry_is_made_anew(tmp_path, cache_folder, damage):
     assert_nothing_is_left(cache_folder, tmp_path / "out")
 
 
+@pytest.mark.night("tests/precompute/cli/test_level.py")
 def test_a_folder_that_cannot_be_costs_one_line(run_bake, tmp_path, monkeypatch):
     """A file takes the place of the cache's folder."""
     taken = tmp_path / "taken"

@@ -70,6 +70,7 @@ def test_each_part_of_the_content_changes_the_key(height_map, monkeypatch):
     assert len(set(keys)) == len(keys)
 
 
+@pytest.mark.night("test_each_part_of_the_content_changes_the_key")
 def test_a_processor_has_one_key_in_every_process():
     look = "from precompute.bake.cache import _processor; print(_processor())"
     command = [sys.executable, "-c", look]

@@ -32,6 +32,7 @@ def test_two_at_once_make_one_bake(picture, tmp_path, cache_folder):
         assert_nothing_is_left(cache_folder, file.parent)
 
 
+@pytest.mark.night("test_two_at_once_make_one_bake")
 def test_four_at_once_into_one_folder(tmp_path, cache_folder):
     """Many rounds of an instant bake: the others find the first one's entry, and nobody removes another's files."""
     code = STOPPED.replace('"f" * 64', "str(n) * 64").replace("cache.bake_once", "for n in range(9): cache.bake_once")
@@ -44,6 +45,7 @@ def test_four_at_once_into_one_folder(tmp_path, cache_folder):
     assert_nothing_is_left(cache_folder, output, entries=9)
 
 
+@pytest.mark.night("test_two_at_once_make_one_bake")
 def test_a_killed_bake_does_not_stop_the_next(picture, run_bake, tmp_path, cache_folder):
     output = tmp_path / "out"
     killed, heir = Child(picture, tmp_path, output), None

@@ -222,6 +222,7 @@ def test_a_farm_ignores_the_last_digits_of_heights(height_map, monkeypatch):  # 
         assert (keys[0] == keys[1]) == (shared == "1") and keys[2] not in keys[:2]
 
 
+@pytest.mark.night("test_without_locks_the_first_bake_counts")
 def test_a_processor_without_vector_instructions_has_the_key_of_the_farm(monkeypatch):
     """NumPy really runs other code, which computes other last digits of a sample's heights."""
     found = np.show_config(mode="dicts").get("SIMD Extensions", {}).get("found", ())

@@ -51,7 +51,7 @@ def assert_kept(found):
     assert found.errors.zero_order_dy < 3e-3
 
 
-@pytest.mark.short("2 um", "flat", "one row", "1 x 1", "non-square", "NaN", "one texel")
+@pytest.mark.short("[flat, tilted]", "non-square pixels", "NaN holes")
 @pytest.mark.parametrize("name", [name for name in BY_NAME if name not in REFUSED and name not in FIGURES])
 def test_the_bake_is_the_reference(name):
     assert_kept(outcome(replace(BY_NAME[name], figures=None), stored))
@@ -79,6 +79,7 @@ def test_in_the_middle_the_zero_order_is_bessels():
     assert found.figures["zero order against J0^2"] < 5e-4
 
 
+@pytest.mark.night("test_the_table_tells_of_errors_and_refusals")
 def test_a_deep_relief_is_kept_in_floats():
     """Half floats round terms by 2^-12. At its darkest a relief of 2 um has terms ten thousand times their sum."""
     relief = prepare(scan(skin(96, 96, 2e-6)))
@@ -92,6 +93,7 @@ def test_a_deep_relief_is_kept_in_floats():
     )
 
 
+@pytest.mark.night("test_the_table_tells_of_errors_and_refusals")
 def test_a_shallow_relief_does_not_vanish_in_halves():
     """Scattered light grows with the square of the height, apart from (2 pi s h)^2 = 3e-6. A relief of 0.05 nm thus
     scatters 1/400 of the light of one of 1 nm. Half floats keep this, since they round both by 2^-11."""

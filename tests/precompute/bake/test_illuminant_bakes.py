@@ -56,7 +56,7 @@ def exposed(xyz):
     return 1 / np.percentile(xyz[:, 1], 95)
 
 
-@pytest.mark.short("FL11")
+@pytest.mark.night("tests/precompute/bake/test_several_lamps.py")
 @pytest.mark.parametrize("illuminant", LAMPS)
 def test_a_bake_shows_a_lamp_s_own_colours(sums, illuminant):
     """The bake's colour times the lamp's, against the sum's own, clipped to Rec.709: dE00 within the dE00 of 1 that
@@ -80,6 +80,7 @@ def test_a_bake_shows_a_lamp_s_own_colours(sums, illuminant):
     assert own_off <= 1 and daylight_off > 5
 
 
+@pytest.mark.night("tests/precompute/cli/test_level.py")
 def test_a_spectrum_travels_with_its_bake(tmp_path, capsys):
     """The file, of a mercury line, is gone when the bake is checked, by code of its own, and repeated."""
     path = tmp_path / "lamp.csv"

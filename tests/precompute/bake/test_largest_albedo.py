@@ -31,7 +31,7 @@ def chosen(name, matter="mirror"):
     return plan(prepare(SURFACES[name]()), request)
 
 
-@pytest.mark.short("deep")
+@pytest.mark.night("test_a_flat_mirror_and_a_dark_matter_are_not_divided")
 @pytest.mark.parametrize("name", SURFACES)
 def test_more_directions_and_texels_change_it_by_a_percent_at_most(name):
     """A sample of 64 x 64 texels has errors of 0.3 %, and twice as many angles find up to 0.8 % more."""

@@ -50,11 +50,13 @@ def test_the_mirror_image_has_its_colour(table):
     np.testing.assert_allclose(table.zero_order_xyz(np.zeros(1))[0], mirror_xyz("532nm"), rtol=1e-3)
 
 
+@pytest.mark.night("tests/precompute/bake/test_patch.py")
 def test_one_wavelength_is_summed(blazed):
     assert len(plan(blazed, LASER).wavelengths) == 1
     assert len(patch.plan([blazed], replace(LASER, model="patch")).wavelengths) == 1
 
 
+@pytest.mark.night("tests/precompute/cli/test_level.py")
 def test_the_error_is_kept_and_checked(tmp_path, capsys):
     """By the self-check, and from the file by `check`, which shares no code with the bake."""
     bake_it = ["bake", "sample:blazed", "--coherence-um", "12", "--illuminant", "650nm", "-o", str(tmp_path)]

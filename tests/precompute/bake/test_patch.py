@@ -167,6 +167,7 @@ def test_needs_that_end_where_the_table_begins_are_refused():
         patch.plan([RELIEF], BakeRequest(coherence_length_m=LENGTH_M, needs=Needs(w=(0.0, W_MIN + 0.01))))
 
 
+@pytest.mark.night("test_a_window_elsewhere_shows_the_first_order_of_what_is_there")
 def test_the_verb_takes_the_model(tmp_path, capsys):
     needs = tmp_path / "needs.json"
     needs.write_text(json.dumps({"format": 1, "u": [-0.3, 0.1], "v": [-0.05, 0.05], "w": [1.5, 2.0]}))

@@ -32,7 +32,7 @@ def told_by(reliefs, request):
     return list(dict.fromkeys(stages)), np.array(fractions)
 
 
-@pytest.mark.short("1-gold", "2-dielectric")
+@pytest.mark.night("tests/precompute/cli/test_matters.py")
 @pytest.mark.parametrize("matter", ["dielectric", "gold"])
 @pytest.mark.parametrize("scans", [1, 2])
 def test_one_bar_over_the_whole_bake(scans, matter):
@@ -45,6 +45,7 @@ def test_one_bar_over_the_whole_bake(scans, matter):
     assert np.diff(fractions).max() < 0.1
 
 
+@pytest.mark.night("tests/precompute/bake/test_spread.py")
 def test_a_second_attempt_goes_on_where_the_first_ended(monkeypatch):
     monkeypatch.setattr(make_module, "_excess", lambda *_: 2.0)
     stages, fractions = told_by([relief(100e-9)], BakeRequest(delta_e=3.0))

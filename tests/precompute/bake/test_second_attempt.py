@@ -9,6 +9,7 @@ from precompute.surface.relief import prepare
 from precompute.surface.samples.ruled_gratings import sinusoidal
 
 
+@pytest.mark.night("tests/precompute/bake/test_spread.py")
 def test_it_asks_for_a_smaller_error_alone(monkeypatch):
     """For half of the error that would be just enough: the first attempt has twice the requested error."""
     attempt, tried = make_module._attempt, []

@@ -62,6 +62,7 @@ def test_every_part_of_the_range_of_w_is_looked_at(w_range):
             assert w[-1] > 1.55
 
 
+@pytest.mark.night("tests/precompute/cli/test_bake_verb.py")
 def test_it_agrees_with_the_reference(made):
     """At other directions, with the same kernel. A 99th percentile of a thousand pairs is exact to a third."""
     relief, chosen, baked = made
@@ -73,6 +74,7 @@ def test_it_agrees_with_the_reference(made):
     assert own.zero_order_dy == pytest.approx(exact.zero_order_dy, abs=3e-4)
 
 
+@pytest.mark.night("tests/precompute/cli/test_matters.py")
 @pytest.mark.parametrize("matter", ["dielectric", "gold"])
 def test_a_small_region_is_still_looked_at(matter):
     """The region has one percent of the directions, so few pairs of a first draw lie in it."""

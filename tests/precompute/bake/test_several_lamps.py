@@ -58,7 +58,7 @@ def test_the_first_channels_are_those_of_a_plain_bake(disc, matter):
     np.testing.assert_allclose(more.zero_order[:, :3], plain.zero_order, atol=1e-6)
 
 
-@pytest.mark.short("dielectric")
+@pytest.mark.night("test_its_colours_under_lamps_are_right")
 def test_a_file_s_xyz_are_those_of_a_plain_bake(disc, made, matter):
     """Both files have fewer functions of w than the table that they are learnt from, and half floats. Its XYZ are the
     same for both (the test above), so the files differ by at most the sum of what each loses. The functions are learnt
@@ -92,6 +92,7 @@ def test_its_colours_under_lamps_are_right(made, matter):
     assert all(claim >= facts["lamps"][lamp][1] for lamp, claim in facts["lamps_claim"].items())
 
 
+@pytest.mark.night("test_the_first_channels_are_those_of_a_plain_bake")
 def test_wrong_channels_are_errors_under_lamps_only(disc):
     """The judge reads each channel: without those beyond XYZ, colours under lamps are wrong, and XYZ are right."""
     chosen = plan([disc], request_for("D65+smooth"))
@@ -117,5 +118,6 @@ def test_a_table_under_a_lamp_is_a_plain_table_of_it(made):
     assert layout.is_valid and layout.triples == 1 and np.isfinite(image).all()
 
 
+@pytest.mark.night("tests/precompute/bake/test_spread.py")
 def test_under_another_light_than_daylight_no_lamps_are_stated(made):
     assert made("2700K").lamps == {} and "lamps" not in made("2700K").delta_e

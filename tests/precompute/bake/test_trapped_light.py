@@ -87,6 +87,7 @@ def mirror() -> PlateGains:
     return gains_of(groove(), "mirror")
 
 
+@pytest.mark.short("0.0-0.0", "20.0-45.0", "60.0-90.0")
 @pytest.mark.parametrize("azimuth_deg", [0.0, 45.0, 90.0])
 @pytest.mark.parametrize("theta_deg", [0.0, 20.0, 30.0, 45.0, 60.0])
 def test_a_dvd_sends_out_what_the_matrix_says(dvd, theta_deg, azimuth_deg):
@@ -98,6 +99,7 @@ def test_a_dvd_sends_out_what_the_matrix_says(dvd, theta_deg, azimuth_deg):
     assert found[1] == pytest.approx(true[1], abs=0.05 * (true.sum() if few else true[1]))
 
 
+@pytest.mark.night("tests/precompute/cli/test_bake_preset.py")
 def test_a_flat_mirror_is_exact():
     """T^2 / (1 - r) = T for a perfect mirror, so the mirror image has T - T^2 more than a single pass. Reading between
     texels has an error of the fourth order of their distance: 1e-3 of the light."""

@@ -84,6 +84,7 @@ def test_the_errors_of_the_first_level_are_added_by_squares(planned):
     assert both.p99 == pytest.approx(np.hypot(alone.p99, 0.4)) and both.p95 == pytest.approx(np.hypot(alone.p95, 0.3))
 
 
+@pytest.mark.night("tests/precompute/bake/test_spread.py")
 def test_a_bake_claims_the_worst_of_all_kernels():
     made = make([waves()], BakeRequest(coherence_length_m=COHERENCE_M))
     told = made.delta_e
@@ -100,6 +101,7 @@ def test_an_error_that_was_not_measured_is_not_stated():
     assert stated_errors({"p99": 1.0, "p99_most": "x", "wide_p99_most": float("nan")}) == []
 
 
+@pytest.mark.night("tests/precompute/bake/test_region.py")
 def test_places_near_the_end_of_a_part_are_not_judged():
     """The light beyond the end is unknown, and the levels repeat the rim."""
     needs = Needs(Region((0.0, 0.9), (-0.4, 0.4)), w=(1.0, 1.6))

@@ -66,6 +66,7 @@ def test_the_error_in_the_header_is_that_of_the_file(baked, scan):
     assert errors.mean == pytest.approx(record["delta_e"]["mean"], rel=1)
 
 
+@pytest.mark.night("test_the_error_in_the_header_is_that_of_the_file")
 def test_bake_again_gives_the_same_file(baked, run, scan, tmp_path):
     _, folder = baked
     assert run("bake", scan, *PICTURE, "-o", tmp_path / "again", "--delta-e", "3", "--no-cache")[0] == 0
@@ -73,6 +74,7 @@ def test_bake_again_gives_the_same_file(baked, run, scan, tmp_path):
     assert sorted(each.name for each in (tmp_path / "again").iterdir()) == ["skin.exr", "skin.lobes.exr"]
 
 
+@pytest.mark.night("test_several_scans_and_a_region")
 def test_bake_takes_its_options(run, scan, tmp_path):
     options = ("--delta-e", "5", *SHORT, "--illuminant", "E")
     status, out, _ = run("bake", scan, *PICTURE, "-o", tmp_path, *options, "--json", tmp_path / "facts.json")
@@ -85,7 +87,7 @@ def test_bake_takes_its_options(run, scan, tmp_path):
     assert atlas.read(tmp_path / "skin.exr")[0].illuminant == "E"
 
 
-@pytest.mark.short("D65", "smooth")
+@pytest.mark.night("test_bake_tells_its_facts_and_writes_its_files")
 @pytest.mark.parametrize("light", ["D65", "smooth", "led+tube"])
 def test_bake_tells_its_errors_under_lamps(run, scan, tmp_path, light):
     """One line after its other errors, with the figures of the JSON. Daylight's bake names the remedy."""
@@ -102,6 +104,7 @@ def test_bake_tells_its_errors_under_lamps(run, scan, tmp_path, light):
     assert "lamp colour" not in out
 
 
+@pytest.mark.night("test_a_bake_that_misses_its_budget_on_other_directions_is_not_written")
 def test_a_bake_under_a_lamp_states_no_others(run, scan, tmp_path):
     """Blender's own colour of 2700 K in Rec.709."""
     _, out, _ = run("bake", scan, *PICTURE, "-o", tmp_path, "--delta-e", "5", *SHORT, "--illuminant", "tungsten")
@@ -118,6 +121,7 @@ def test_a_mirror_under_a_short_coherence_bakes(run, tmp_path):
     assert not atlas.read(tmp_path / "mirror.exr")[0].terms.any()
 
 
+@pytest.mark.night("test_bake_tells_its_facts_and_writes_its_files")
 @pytest.mark.parametrize("matter", ["dielectric", "gold"])
 def test_progress_as_json_lines(run, scan, tmp_path, matter):
     options = (*SHORT, *LASER, "--matter", matter)

@@ -20,7 +20,7 @@ def test_info_finds_the_period(run):
     assert "\ngrating: 2500 nm at 0 deg, 26 repeats in the scan; " in out
 
 
-@pytest.mark.short("pits")
+@pytest.mark.night("tests/precompute/cli/test_level.py")
 @pytest.mark.parametrize("text", ["grating:blazed?period_nm=1200&depth_nm=150", "grating:pits?seed=5"])
 def test_a_bake_passes_its_check_and_is_repeated(run, tmp_path, text):
     status, out, _ = run("bake", text, *DRAFT, "-o", tmp_path / "one", "--no-cache", "--json", "-")

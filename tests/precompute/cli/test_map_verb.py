@@ -20,6 +20,7 @@ def test_progress_as_text(run, scan, tmp_path):
     assert err.splitlines()[-1] == "wavelengths: 100%"
 
 
+@pytest.mark.night("test_maps_by_either_method_agree")
 def test_map_of_a_mirror_is_colourless(run, tmp_path):
     """Grey to one code value of rounding, by the bake and by the exact spectrum. Half floats of XYZ are exact to 2^-12,
     and RGB to 3.2 times that. With the slope of sRGB, 1 / 2.4, this is a third of a code value."""

@@ -55,7 +55,7 @@ def test_it_passes_its_check(run, baked):
         assert facts["delta_e"][name] == pytest.approx(claimed[name], rel=0.6)
 
 
-@pytest.mark.short("undivided-|dY|")
+@pytest.mark.night("tests/precompute/cli/test_level.py")
 @pytest.mark.parametrize(("name", "fault"), [("undivided", "|dY|"), ("black", "dE00")])
 def test_a_wrong_metal_fails(refused, baked, tmp_path, name, fault):
     table, _ = atlas.read(baked)
@@ -64,6 +64,7 @@ def test_a_wrong_metal_fails(refused, baked, tmp_path, name, fault):
     assert fault in told
 
 
+@pytest.mark.night("test_its_file_holds_a_reflectance")
 def test_its_request_repeats_it(run, baked, tmp_path):
     assert run("bake", "--request", baked, "-o", tmp_path / "again", "--progress", "none")[0] == 0
     assert_same_bake(tmp_path / "again" / "blazed.exr", baked)

@@ -40,6 +40,7 @@ def test_a_picture_said_to_be_a_millimetre_wide(line_of, scan, monkeypatch, verb
 def test_work_that_little_memory_does_not_hold(line_of, scan, monkeypatch, verb):
     """The refined relief of 48 x 48 pixels fits into half a MiB; its transforms do not."""
     monkeypatch.setattr(machine, "free_bytes", lambda: 250_000)
+    monkeypatch.setattr(machine, "_SMALL", 0)
     monkeypatch.setattr("precompute.surface.readers.pictures.refuse_beyond_memory", lambda *_, **__: None)
     told = line_of(verb, *PICTURE)
     assert f"{scan}: " in told and "more than half of the 0 MiB" in told
@@ -47,9 +48,11 @@ def test_work_that_little_memory_does_not_hold(line_of, scan, monkeypatch, verb)
 
 def test_a_picture_that_does_not_fit_is_not_decoded(refused, scan, monkeypatch):
     monkeypatch.setattr(machine, "free_bytes", lambda: 10_000)
+    monkeypatch.setattr(machine, "_SMALL", 0)
     assert "reading 48 x 48 pixels would take" in refused("info", scan, *PICTURE)
 
 
+@pytest.mark.night("tests/precompute/cli/test_level.py")
 def test_a_bake_says_first_what_it_expects(run, scan, tmp_path):
     options = ("--delta-e", "5", "--coherence-um", "4", "-o", tmp_path / "bakes")
     status, _, err = run("bake", scan, *PICTURE, *options)

@@ -26,6 +26,7 @@ def test_json_holds_no_figure_that_is_not_finite(tmp_path, capsys, figure, to_fi
     assert capsys.readouterr().out == ""
 
 
+@pytest.mark.night("tests/precompute/cli/test_memory.py")
 def test_a_surface_without_light_around_the_first_order_is_refused(refused):
     """A mirror's spectrum is dark, so there are no colours to compare with the bake's."""
     options = ("--period-nm", "1000", "--methods", "bake", "--progress", "none", "--json", "-")

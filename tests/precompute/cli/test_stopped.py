@@ -85,6 +85,7 @@ def test_a_second_signal_does_not_stop_the_cleaning(start, tmp_path):
     assert left_in(tmp_path) == []
 
 
+@pytest.mark.night("test_a_signal_ends_a_run")
 def test_a_run_under_nohup_goes_on(start):
     process = start(("nohup", *PROGRAM), "--no-cache")
     process.send_signal(signal.SIGHUP)
@@ -103,6 +104,7 @@ def test_a_run_ends_with_the_program_that_it_works_for(start, tmp_path):
     assert left_in(tmp_path) == []
 
 
+@pytest.mark.night("test_a_signal_ends_a_run")
 def test_a_run_that_waits_for_another_ends_too(start, tmp_path, cache_folder):
     """The waiting run has no progress to report."""
     start()
@@ -118,7 +120,7 @@ def test_a_run_that_waits_for_another_ends_too(start, tmp_path, cache_folder):
     assert not (tmp_path / "two").exists() and not folder.exists()
 
 
-@pytest.mark.short("SIGTERM")
+@pytest.mark.night("test_a_signal_ends_a_run")
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
 def test_a_signal_to_the_demo_ends_its_step(tmp_path, name):
     line = [sys.executable, str(ROOT / "dev"), "demo", "--output", str(tmp_path / "demo")]

@@ -62,7 +62,7 @@ def test_a_damaged_tiff_is_told_in_one_line(tmp_path):
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux has such file names and /dev/full")
 class TestOnLinux:
-    @pytest.mark.short("variables2", "variables3")
+    @pytest.mark.night("test_every_name_is_told_in_an_error")
     @pytest.mark.parametrize(("name", "variables"), TERMINALS)
     def test_every_name_is_read_written_and_told(self, scan, tmp_path, name, variables):
         named, out = os.path.join(os.fsencode(scan.parent), name), tmp_path / "out"
@@ -92,6 +92,7 @@ class TestOnLinux:
             told = done.stderr.decode("ascii" if variables is ASCII else "utf-8")
             assert told.startswith("error: ") and told.endswith("\n") and told[:-1].isprintable()
 
+    @pytest.mark.night("test_facts_go_into_a_pipe")
     @pytest.mark.parametrize("target", ["-", "text"])
     def test_a_full_standard_output(self, scan, target):
         options = ("--json", "-") if target == "-" else ()
@@ -120,6 +121,7 @@ class TestOnLinux:
         line = f"{sys.executable} -m precompute info {scan} {' '.join(PICTURE)} | true"
         assert run("sh", "-c", line).stderr == b""
 
+    @pytest.mark.night("tests/precompute/test_faults.py")
     @pytest.mark.parametrize("cache", ["--no-cache", "--model=ensemble"])
     def test_a_bake_that_the_disk_cannot_hold(self, scan, tmp_path, cache_folder, cache):
         """The system refuses files of more than 30 KB, which is less than any bake. Only the scan is left."""

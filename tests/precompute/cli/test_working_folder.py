@@ -17,7 +17,7 @@ from tests.hostile_folder import set_traps
     ("grating", "info", "sample:flat", "--json", "-"), ("grating", "--help"), ("bench", "--help"), ("demo", "--help"),
     ("scenes", "--help"), ("env",), ("lint", "--help"),
 ])  # fmt: skip
-@pytest.mark.short(f"[{os.pathsep}-", "line0", "line5")
+@pytest.mark.short("None-line0", "[-line5", ":-line0", ":-line3")
 @pytest.mark.parametrize("python_path", [None, "", os.pathsep])
 def test_nothing_of_the_working_folder_is_run(tmp_path, monkeypatch, line, python_path):
     """This holds too if PYTHONPATH has an empty element, which means the working folder. The user's own Python, which

@@ -17,6 +17,7 @@ def found():
     return bake.measure(SMALL, "draft", transforms=1)
 
 
+@pytest.mark.night("test_the_clocked_functions_are_as_before_afterwards")
 def test_every_stage_of_a_dielectric_takes_its_time(found):
     """No largest albedo is computed for a dielectric."""
     stages = found["stages"]

@@ -94,6 +94,7 @@ def test_agreement_is_that_of_ranks():
     assert evaluation_page.ranks(np.array([5, 1, 5, 9])).tolist() == [2.5, 1, 2.5, 4]
 
 
+@pytest.mark.night("tests/precompute/laboratory/test_evaluation.py")
 def test_the_thesis_s_cut_gives_its_period_of_elaphe(shared_data):
     """The thesis has 1144.262 nm with a variance of 0.401 from 81 wavelengths; here there are nine. Half a nanometre is
     less than the standard deviation, and the next stripe is 30 nm away."""
@@ -105,6 +106,7 @@ def test_the_thesis_s_cut_gives_its_period_of_elaphe(shared_data):
     assert found.as_dict()["period_mean_nm"] == pytest.approx(1144.262, abs=0.5)
 
 
+@pytest.mark.night("test_agreement_is_that_of_ranks")
 def test_the_map_of_xenopeltis_is_the_thesis_s(shared_data):
     """At 64 pixels and ten wavelengths. A half turn of the map keeps its orders but moves its speckle and swaps its two
     unlike fans. If the map did not match the thesis's, both agreements would be equal."""

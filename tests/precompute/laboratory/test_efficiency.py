@@ -49,6 +49,7 @@ def test_errors_fall_as_the_square_of_the_samples(kind, theta_i):
     assert np.polyfit(np.log(samples), np.log(errors), 1)[0] == pytest.approx(-2, abs=0.01)
 
 
+@pytest.mark.night("test_orders_are_those_of_the_closed_forms")
 @pytest.mark.parametrize("kind", PROFILES)
 def test_the_closed_forms_hold_all_the_light(kind):
     """Orders -2000 to 2000 sum to 1; the tails of binary and blazed, 1 / m^2, leave at most 2 (2 / pi)^2 / 4000."""

@@ -164,6 +164,7 @@ def test_dominant_wavelength_is_colour_science_s():
             assert got == pytest.approx(expected, abs=0.5)
 
 
+@pytest.mark.night("test_the_period_of_a_blaze")
 def test_a_bake_s_colours_are_compared(blaze, monkeypatch):
     """A black stand-in table has the greatest possible error."""
     settings = Settings(coherence_length_m=10e-6)

@@ -88,7 +88,7 @@ def test_films_have_the_same_thickness_in_every_column():
         assert columns == pytest.approx(np.full(16, thickness), abs=1e-9)
 
 
-@pytest.mark.short("binary", "sinusoidal-film on a dielectric")
+@pytest.mark.night("test_no_light_is_lost_without_absorption")
 @pytest.mark.parametrize("name", list(FILMS)[:2])
 @pytest.mark.parametrize("kind", PROFILES)
 def test_finer_steps_and_more_orders_change_little(name, kind):
@@ -101,6 +101,7 @@ def test_finer_steps_and_more_orders_change_little(name, kind):
         assert finer == pytest.approx(usual, rel=0.05 if index.imag else 0.005)
 
 
+@pytest.mark.night("test_the_form_of_films_is_that_of_the_bare_surface_where_films_change_nothing")
 @pytest.mark.parametrize("name", FILMS)
 @pytest.mark.parametrize("theta_deg", [0.0, 40.0])
 def test_shallow_films_have_the_first_order_in_the_heights(name, theta_deg):

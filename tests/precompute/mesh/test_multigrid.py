@@ -39,6 +39,7 @@ def test_the_solution_is_that_of_the_dense_system(system):
     assert np.linalg.norm(x - exact) < 1e-10 * 6e3 * np.linalg.norm(exact)
 
 
+@pytest.mark.night("test_the_solution_is_that_of_the_dense_system")
 def test_it_takes_few_steps_whatever_the_size():
     """Without the hierarchy the number of steps would double with the mesh's width, to hundreds."""
     steps = []

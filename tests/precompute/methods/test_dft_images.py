@@ -95,6 +95,7 @@ def test_the_verb_writes_one_file_that_comes_back(tmp_path, name, capsys):
     assert extrema[1] == [float(f) for c in (0, 1) for f in (term[..., c].min(), term[..., c].max())]
 
 
+@pytest.mark.night("test_the_verb_writes_one_file_that_comes_back")
 def test_the_verb_levels_as_it_is_asked(tmp_path):
     pictures = []
     for level in ("plane", "poly:4"):

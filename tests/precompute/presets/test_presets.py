@@ -131,7 +131,7 @@ def test_a_path_that_ends_in_json_is_a_file_anywhere(tmp_path):
         read_preset(str(tmp_path / "nowhere.json"))
 
 
-@pytest.mark.short("jewel_beetle")
+@pytest.mark.night("tests/precompute/cli/test_matters.py")
 @pytest.mark.parametrize("name", ["gold_foil", "jewel_beetle", "record"])
 def test_it_bakes(name, tmp_path):
     """A metal, a stack of layers, and the coarsest groove."""

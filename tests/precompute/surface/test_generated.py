@@ -137,6 +137,7 @@ def test_pits_are_those_of_the_sample():
     np.testing.assert_array_equal(make_grating("grating:pits?seed=780").height_m != 0, make_sample("cd").height_m != 0)
 
 
+@pytest.mark.night("test_disorders_have_their_sizes")
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_surface_is_whole_and_the_same_every_time(kind):
     hm = make_grating(f"grating:{kind}?{_RANDOM}" if kind not in ("brushed", "pits") else f"grating:{kind}?seed=3")
@@ -178,6 +179,7 @@ def test_edges_wrap(kind, random):
             assert over.mean() <= inside.mean(axis=1 - axis).max() * 1.5
 
 
+@pytest.mark.short("-0.8", "-4.0", "-1.5")
 @pytest.mark.parametrize(("kind", "asked"), [
     *((kind, period) for kind in (*_LINES, "crossed", "hexagonal", "pits") for period in (0.8, 2.0)),
     ("groove", 4.0), ("groove", 6.0), ("brushed", 1.5),

@@ -93,6 +93,7 @@ def test_one_bin_is_the_resolution(tmp_path, beside):
     assert bool(described(write(tmp_path, forth, back)).waves.gratings) == (beside < 1)
 
 
+@pytest.mark.night("test_lines_that_the_way_back_lacks_are_line_noise")
 def test_slow_drift_is_seldom_in_both_ways():
     """Of the seeds 0 to 99 a single direction shows a grating in 18, and both in 3; the test takes the second half."""
     found = []

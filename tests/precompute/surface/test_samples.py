@@ -28,6 +28,7 @@ def test_all_names_are_there():
     assert list(SAMPLES) == NAMES
 
 
+@pytest.mark.night("test_a_disc_has_the_pits_of_its_standard")
 def test_a_sample_is_whole_and_says_what_it_is(sample):
     assert sample.periodic
     assert sample.source.removeprefix("sample:") in NAMES
@@ -37,6 +38,7 @@ def test_a_sample_is_whole_and_says_what_it_is(sample):
     assert sample.pixel_size_m[0] < 95e-9 or sample.source == "sample:flat"
 
 
+@pytest.mark.night("test_a_disc_has_the_pits_of_its_standard")
 def test_a_sample_is_the_same_every_time(sample):
     again = read_height_map(sample.source)
     np.testing.assert_array_equal(sample.height_m, again.height_m)

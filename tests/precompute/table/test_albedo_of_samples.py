@@ -60,7 +60,7 @@ def tables():
     return of
 
 
-@pytest.mark.short("blazed", "xenopeltis")
+@pytest.mark.short("xenopeltis")
 @pytest.mark.parametrize("name", SAMPLES)
 def test_no_sample_reflects_more_than_arrives(tables, name):
     """The largest is 0.36, of Xenopeltis at an index of 3. The mirror image of light near the horizon is half below

@@ -167,6 +167,7 @@ def picture(tmp_path):
     return tmp_path / "scans" / "skin.png"
 
 
+@pytest.mark.night("test_a_mirror_bakes_both")
 def test_a_bake_writes_both(picture, tmp_path, capsys):
     """In a new bake, in one from the cache, and in one that replaces files."""
     folder = tmp_path / "bakes"

@@ -21,6 +21,7 @@ def test_a_disc_is_a_part_with_its_surroundings_as_base():
     assert part.excess == pytest.approx(3 * shape @ CELLS.solid_angles)
 
 
+@pytest.mark.night("test_what_is_wide_or_faint_or_has_no_contrast_is_no_part")
 @pytest.mark.parametrize("towards", [(30, 180), (90, 0), (-90, 0), (84, 100)])
 def test_parts_go_on_across_the_edges_of_the_picture(towards):
     assert len(parts_of(0.1 + disc(direction(*towards), 8))) == 1

@@ -38,7 +38,7 @@ def panorama_of(suns):
     return sums / panorama_cells(ROWS, COLS).solid_angles.reshape(ROWS, COLS, 1)
 
 
-@pytest.mark.short("towards1", "towards4")
+@pytest.mark.night("test_one_sun_on_two_pixels_is_one_source")
 @pytest.mark.parametrize(
     "towards", [(40.2, 10.3), (89.8, 20), (90, 0), (-90, 0), (0.5, 179.9), (40, 180), (40, -179.8), (-30, -100)]
 )
@@ -68,6 +68,7 @@ def test_a_sun_that_no_sample_met():
     assert len(asked) >= 2
 
 
+@pytest.mark.night("test_one_sun_on_two_pixels_is_one_source")
 def test_a_sun_that_is_not_there_or_is_known_already():
     look, _ = looks_at([])
     assert fit_closely(picture(sky()), 8, look, suns=[direction(40, 10)]) == []

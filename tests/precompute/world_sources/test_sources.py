@@ -113,6 +113,7 @@ def test_two_windows_and_the_bright_wall_between_them():
         assert np.degrees(source.cone_radius) < 8 * np.sqrt(1.4)
 
 
+@pytest.mark.night("test_a_sun_and_the_glow_around_it_are_two_sources")
 def test_a_window_that_takes_more_sources_than_there_are_is_none_of_them():
     """Random samples of a window are exact; half of it as a source would be a streak. A sun beside it is a source."""
     window = 5 * box(direction(10, 70), 36, 44)
@@ -279,6 +280,7 @@ def test_a_world_turned_about_z_has_its_sources_turned(given_lights, columns):
         assert one.variance == pytest.approx(other.variance, rel=1e-8)
 
 
+@pytest.mark.night("test_a_window_is_divided_as_far_as_sources_go")
 @settings(max_examples=3, deadline=None)
 @given(lights, st.integers(-20, 20))
 def test_a_brighter_world_has_brighter_sources_and_nothing_else(given_lights, stops):

@@ -84,6 +84,7 @@ def test_its_errors_are_those_of_the_bake(run, baked, scan):
     assert weighed == pytest.approx(facts["delta_e"]["relative_dy"])
 
 
+@pytest.mark.night("test_its_errors_are_those_of_the_bake")
 def test_the_same_files_give_the_same_errors(run, baked, scan):
     """Equal to rounding: NumPy's order of sums depends on where arrays lie in memory. A sum of a million terms has an
     error of at most 1e6 * 2^-53 = 1e-10 of itself."""
@@ -139,6 +140,7 @@ def test_one_wrong_level_fails(run, baked, scan, tmp_path, level):
     assert facts["delta_e"]["p99"] <= 1
 
 
+@pytest.mark.night("test_one_wrong_level_fails")
 def test_the_claim_for_wider_kernels_is_kept(run, baked, scan):
     """Under every level's kernel and the middles between two, on other directions than those of the bake."""
     facts = json.loads(run("check", baked, scan, *PICTURE, *QUICK, "--groups", "8", "--json", "-")[1])
@@ -165,6 +167,7 @@ def test_a_failure_gives_its_errors_all_the_same(run, baked, scan, tmp_path):
     assert facts["delta_e"]["relative_dy"] == pytest.approx(0.3, abs=0.01)
 
 
+@pytest.mark.night("test_a_mirror_passes")
 def test_what_was_asked_may_be_told(run, refused, baked, scan, tmp_path):
     assert "asked 0.01" in refused("check", baked, scan, *PICTURE, *COARSE, "--delta-e", "0.01")
     path = spoilt(baked, tmp_path / "loose.exr", lambda table: replace(table, terms=1.02 * table.terms))
@@ -194,6 +197,7 @@ def test_several_scans(run, refused, scan, tmp_path):
     assert "another surface" in refused("check", tmp_path / "both", other, scan, *PICTURE, *QUICK)
 
 
+@pytest.mark.night("test_several_scans")
 def test_a_bake_of_a_part(run, scan, tmp_path):
     needs = tmp_path / "needs.json"
     needs.write_text(json.dumps({"format": 1, "u": [0.1, 1.3], "v": [-0.2, 0.4], "w": [0.9, 1.8]}))
