@@ -38,7 +38,7 @@ from .ui import (
     preset_pictures,
     steps_panel,
 )
-from .workflow import handlers, levelling, show_views
+from .workflow import handlers, levelling
 
 # Registration order: a property group comes before the property groups that hold it.
 CLASSES = (
@@ -141,11 +141,8 @@ def register() -> None:
     bpy.types.VIEW3D_MT_mesh_add.append(add_things.menu_entry)
     bpy.types.VIEW3D_MT_object.append(object_menu.menu_entry)
     bpy.types.NODE_MT_shader_node_add_all.append(add_node.menu_entry)
-    for before in (bpy.app.handlers.undo_pre, bpy.app.handlers.redo_pre):
-        before.append(show_views.note_scenes)
     for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
         after.append(bakes.recall_bakes)
-        after.append(show_views.follow_scenes)
     handlers.register()
     exporting.register()
     _command = bpy.utils.register_cli_command("grating", _run_command)  # type: ignore[func-returns-value]  # the stubs say it returns None
@@ -163,10 +160,7 @@ def unregister() -> None:
     exporting.unregister()
     handlers.unregister()
     for after in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
-        after.remove(show_views.follow_scenes)
         after.remove(bakes.recall_bakes)
-    for before in (bpy.app.handlers.undo_pre, bpy.app.handlers.redo_pre):
-        before.remove(show_views.note_scenes)
     bpy.types.VIEW3D_MT_object.remove(object_menu.menu_entry)
     bpy.types.NODE_MT_shader_node_add_all.remove(add_node.menu_entry)
     bpy.types.VIEW3D_MT_mesh_add.remove(add_things.menu_entry)

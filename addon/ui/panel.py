@@ -18,7 +18,6 @@ from ..operators.make_assets import MakeAssets, RemoveAssets
 from ..operators.osl_reference import NewOslReference
 from ..operators.shared import draw_progress, running_bake, selected_meshes
 from ..operators.why_black import WhyBlack
-from ..workflow.show_views import is_show
 from .facts import DONE, LIGHT, LOOK, QUALITY, SURFACE, Next, SceneFacts, facts_of, next_step, state_of
 from .folds import PRESETS, fold_of, folds
 from .light_part import draw_light, draw_warnings
@@ -31,6 +30,8 @@ from .surface_part import draw_surface
 
 # Heights of the presets' pictures, in the panel and in the list that it opens, and of the large buttons, in rows.
 _PICTURE, _PICTURE_IN_LIST, _LARGE = 6.0, 6.8, 1.5
+# The custom property of Show Me's scenes (workflow/show_views.py, which loads only when needed).
+_SHOW = "ng_show"
 
 
 class PresetMenu(bpy.types.Menu):
@@ -162,7 +163,7 @@ def _draw_work(layout, context) -> None:
     from ..gratings.bakes import noticed_outside
 
     gratings = context.scene.natural_gratings
-    if is_show(context.scene):
+    if context.scene.get(_SHOW):
         layout.operator(BackFromShow.bl_idname, icon="LOOP_BACK")
     facts = facts_of(context)
     _draw_strays(layout, context, facts.scene)

@@ -5,10 +5,8 @@ changes the scene of a window but leaves its 3D views as they are."""
 from typing import Literal, NamedTuple
 
 import bpy
-from bpy.app.handlers import persistent
 from mathutils import Matrix
 
-from ..blender.guard import guarded
 from ..blender.session import has_window
 
 # Names the scenes of Show Me, by a custom property.
@@ -60,18 +58,14 @@ def switch_to(context: bpy.types.Context, scene: bpy.types.Scene) -> None:
         _change_views(context.window, former.name, was_show=is_show(former))
 
 
-@persistent
-@guarded
-def note_scenes(*_: object) -> None:
+def note_scenes() -> None:
     """Before an undo or a redo."""
     _noted.clear()
     for window in bpy.context.window_manager.windows if has_window() else ():
         _noted[window] = window.scene.name, is_show(window.scene)
 
 
-@persistent
-@guarded
-def follow_scenes(*_: object) -> None:
+def follow_scenes() -> None:
     """After an undo or a redo."""
     for window in bpy.context.window_manager.windows if has_window() else ():
         name, was_show = _noted.get(window, (window.scene.name, is_show(window.scene)))
