@@ -27,7 +27,7 @@ from ..materials.group_properties import lights_of, traces_shadows, variation_of
 from ..materials.material import listed
 from ..materials.response import response_in
 from .setting_causes import why_dark
-from .subject import Button, Cause, Subject, light_button, mend
+from .subject import Button, Cause, Subject, held_out, light_button, mend
 
 # The least luminance that shows on a screen beside lit surfaces, where 1 is white: a pixel of 25 of 255.
 _VISIBLE = 0.01
@@ -207,7 +207,8 @@ def seen(subject: Subject, depsgraph: bpy.types.Depsgraph, view: ViewPixels | No
     if pixels is None:
         return None
     found = look_through(pixels, subject.scene, depsgraph, rays=_RAYS)
-    places = [each for each in found.places if each.node.node_tree == subject.group and len(each.rays)]
+    shown = [each for each in found.places if each.node.node_tree == subject.group and len(each.rays)]
+    places = [each for each in shown if not held_out(each.thing, subject.layer)]
     table = table_of(subject.grating)
     light = light_at(subject.scene, places, table) if places and table is not None else None
     return Seen("the 3D view" if view else "the camera", places, table, light, found, pixels)

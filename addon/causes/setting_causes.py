@@ -22,7 +22,7 @@ from ..lamps.sky import source_count
 from ..materials.group_properties import frame_of, is_diffraction
 from ..materials.holograms.hologram_nodes import input_set_by_artist
 from ..materials.lost_parts import lost_of_nodes, lost_of_others, lost_of_own
-from ..materials.material import diffraction_nodes, empty_nodes, listed, shows_diffraction
+from ..materials.material import diffraction_nodes, empty_nodes, listed, outside_light_groups, shows_diffraction
 from ..materials.response import HEIGHT_SCALE, PERIOD_SCALE, ROUGHNESS
 from ..materials.skin import SETTABLE, answers_to_world, crowded
 from ..worlds.world_light import world_light
@@ -216,11 +216,15 @@ def layer_settings(layer: bpy.types.ViewLayer) -> Iterator[Cause]:
 
 
 def hidden_objects(subject: Subject) -> Iterator[Cause]:
-    """All objects that show the grating are hidden."""
+    """All objects that show the grating are hidden; or some are holes in the picture, which look black."""
     reasons = {thing: why for thing in subject.things if (why := _hidden(thing, subject.layer))}
     if len(reasons) == len(subject.things):
         told = "; ".join(f"{thing.name} {why}" for thing, why in list(reasons.items())[:3])
         yield Cause("HIDDEN", f"{told}.", mend("SHOW_OBJECTS", f"Show {listed(subject.things)}"))
+        return
+    holes = {thing: why for thing in reasons if (why := held_out(thing, subject.layer))}
+    if holes:
+        yield Cause("HELD_OUT", f"{'; '.join(f'{thing.name} {why}' for thing, why in list(holes.items())[:3])}.")
 
 
 def _hidden(thing: bpy.types.Object, layer: bpy.types.ViewLayer) -> str:
@@ -248,6 +252,11 @@ def few_samples(subject: Subject) -> Iterator[Cause]:
     if is_noisy and samples < _FEW_SAMPLES:
         told = f"Random samples light {subject.grating.name}, and {samples} samples show them as single dots."
         yield Cause("SAMPLES", told, mend("SAMPLES", "Render 256 Samples"))
+
+
+def without_light_group(scene: bpy.types.Scene) -> Iterator[Cause]:
+    """Diffraction that a compositor does not find in the scene's light groups."""
+    yield from (Cause("LIGHT_GROUPS", f"{line[0].upper()}{line[1:]}.") for line in outside_light_groups(scene))
 
 
 def greying_transform(scene: bpy.types.Scene) -> Iterator[Cause]:

@@ -51,7 +51,7 @@ def subject_of(scene: bpy.types.Scene, layer: bpy.types.ViewLayer) -> Subject | 
 
 
 # Causes beside which nothing is wrong with the scene, and all that leave colours in the picture.
-HARMLESS = {"DIRECTION_MAP", "CROWDED", "SAMPLES", "VIEW_TRANSFORM"}
+HARMLESS = {"DIRECTION_MAP", "CROWDED", "HELD_OUT", "LIGHT_GROUPS", "SAMPLES", "VIEW_TRANSFORM"}
 _WARNINGS = {"FEW_COLOURS", "SCENE_LIGHTS", *HARMLESS}
 
 

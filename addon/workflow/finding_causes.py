@@ -33,6 +33,7 @@ from ..causes.setting_causes import (
     unshaded_view,
     unsuited_period,
     why_dark,
+    without_light_group,
 )
 from ..causes.subject import HARMLESS, Cause, Subject, end_holdout, show, subject_of
 from ..lamps.find import AUTO, COUNTS, irradiances, lamps_of
@@ -66,7 +67,7 @@ def findings(context: bpy.types.Context) -> Findings:
     causes += lacking_direction(subject, others, depsgraph)
     if look is not None:
         causes += _seen_causes(subject, look, depsgraph)
-    causes += [*few_samples(subject), *greying_transform(subject.scene)]
+    causes += [*few_samples(subject), *greying_transform(subject.scene), *without_light_group(subject.scene)]
     causes.sort(key=lambda cause: cause.is_warning)
     if causes and causes[0].kind not in HARMLESS:
         return Findings(causes, causes[0].sentence)

@@ -98,14 +98,27 @@ def follow_file(*_: object) -> None:
 @persistent
 @guarded
 def follow_again(*_: object) -> None:
-    """After an undo, a redo, an import or a save."""
+    """After an import or a save."""
     _follow_all(exactly=False)
+
+
+@persistent
+@guarded
+def follow_undo(*_: object) -> None:
+    """After an undo or a redo."""
+    from .show_views import follow_scenes  # Blender's start does not need it
+
+    _follow_all(exactly=False)
+    follow_scenes()
 
 
 @persistent
 @guarded
 def let_go(*_: object) -> None:
     """Before an undo or a redo, also where the last Diffraction group was just deleted."""
+    from .show_views import note_scenes
+
+    note_scenes()
     for scene in bpy.data.scenes:
         if scene.library is None:
             stop_following(scene)
@@ -149,9 +162,9 @@ HANDLERS: dict[str, Callable[..., None]] = {
     "load_post": follow_file,
     "blend_import_post": follow_again,
     "undo_pre": let_go,
-    "undo_post": follow_again,
+    "undo_post": follow_undo,
     "redo_pre": let_go,
-    "redo_post": follow_again,
+    "redo_post": follow_undo,
     "save_pre": show_what_is_saved,
     "save_post": follow_again,
     "save_post_fail": follow_again,

@@ -150,6 +150,30 @@ def test_a_cause_is_named_first_and_its_button_removes_it(addon, scene, colourfu
     assert kind not in kinds(addon)
 
 
+def test_one_of_two_objects_that_is_held_out_is_named_and_not_measured(addon, scene, colourful):  # noqa: F811
+    held = colourful.copy()
+    held.name, held.location.x, held.is_holdout = "Held", 1, True
+    scene.collection.objects.link(held)
+    colourful.location.x = -1
+    bpy.context.view_layer.update()
+    (cause,) = found(addon)
+    assert (cause.kind, cause.is_warning, cause.sentence) == ("HELD_OUT", True, "Held is a holdout.")
+    assert addon.finding_causes.findings(bpy.context).summary.endswith("% of what the camera sees of Plane.")
+
+
+def test_light_groups_without_the_diffraction_are_named(addon, scene, colourful):  # noqa: F811
+    scene.render.engine = "CYCLES"
+    bpy.ops.scene.view_layer_add_lightgroup(name="Suns")
+    sun().lightgroup = "Suns"
+    (cause,) = found(addon)
+    assert cause.kind == "LIGHT_GROUPS" and cause.is_warning
+    assert cause.sentence.startswith("No light group has the diffraction of Plane; give the object a light group")
+    assert addon.finding_causes.findings(bpy.context).summary.startswith("Nothing is wrong: ")
+    colourful.lightgroup = "Suns"
+    assert kinds(addon) == []
+    bpy.ops.scene.view_layer_remove_lightgroup()  # the next test has the same view layer
+
+
 def test_before_a_grating_is_assigned(addon, scene, grating):
     assert kinds(addon) == ["NOT_ASSIGNED"]
     assert press(found(addon)[0].button) == {"FINISHED"}

@@ -57,6 +57,28 @@ def test_show_me_adds_a_scene_and_leaves_the_others(addon, scene, shipped):
     assert {lamp.data.type for lamp in show.objects if lamp.type == "LIGHT"} == {"SUN"}
 
 
+def test_undo_and_redo_of_show_me_change_the_3d_view_too(addon, scene, shipped, monkeypatch):
+    """Blender's undo changes the scene of a window, and leaves its 3D views as they are."""
+    monkeypatch.setattr(addon.show_views, "has_window", lambda: True)
+    window = bpy.context.window_manager.windows[0]
+    (view,) = (area.spaces.active for area in window.screen.areas if area.type == "VIEW_3D")
+    mine, shown = ("SOLID", "PERSP"), ("RENDERED", "CAMERA")
+    view.shading.type, view.region_3d.view_perspective = mine
+    bpy.ops.ed.undo_push(message="before")
+    bpy.ops.grating.show_me(preset=PRESET)
+    bpy.ops.ed.undo_push(message="Show Me")
+    looks = [look_of(view)]
+    for step in (bpy.ops.ed.undo, bpy.ops.ed.redo, bpy.ops.ed.undo, bpy.ops.ed.redo, bpy.ops.grating.back_from_show):
+        step()
+        looks.append(look_of(view))
+    assert looks == [shown, mine, shown, mine, shown, mine]
+    assert not addon.show_views.is_show(window.scene)
+
+
+def look_of(view):
+    return view.shading.type, view.region_3d.view_perspective
+
+
 def test_show_me_reports_a_preset_that_fails_and_leaves_no_scene(addon, scene, shipped, monkeypatch):
     failure = importlib.import_module(f"{EXTENSION}.precompute.base.failure")
 
