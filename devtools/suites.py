@@ -35,6 +35,11 @@ FOLDERS = tuple(dict.fromkeys(name for name, _ in SUITES))
 # tests of readers and files use Pillow and OpenEXR. Others mix single and double precision, for which NumPy 2 has new
 # promotion rules. The golden bake covers all of precompute.
 PRECOMPUTE_AGAIN = ("surface", "table", "maths", "colour", "spectra", "bake/test_golden.py", "bake/test_cache.py")
+# In a short run: of surfaces, the readers of formats alone.
+PRECOMPUTE_SHORT = (
+    "surface/test_against_gwyddion.py", "surface/test_hdf5.py", "surface/test_pictures.py", "surface/test_readers.py",
+    "surface/test_x3p.py", "table", "maths", "colour", "spectra", "bake/test_golden.py", "bake/test_cache.py",
+)  # fmt: skip
 # What a short run tests in the older Blender: what differs between versions. One test or more for each kind of node,
 # lamp and shader, and what appends, links, saves, undoes and follows. The night runs all of it.
 RENDER_SHORT = (
@@ -49,7 +54,11 @@ ADDON_SHORT = (
 )  # fmt: skip
 # Suites that run only these parts in an environment, always or in a short run.
 AGAIN = {("precompute", PY313): PRECOMPUTE_AGAIN}
-SHORT = {("render", PY311): RENDER_SHORT, ("addon", PY311): ADDON_SHORT}
+SHORT = {
+    ("render", PY311): RENDER_SHORT,
+    ("addon", PY311): ADDON_SHORT,
+    ("precompute", PY313): PRECOMPUTE_SHORT,
+}
 
 
 @dataclass(frozen=True)

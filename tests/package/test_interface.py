@@ -83,6 +83,7 @@ def shown(path: Path) -> np.ndarray:
         return np.asarray(picture.convert("RGB"), float) / 255
 
 
+@pytest.mark.night("tests/render/test_lights_move.py")
 def test_the_viewport_follows_the_lamps(display, blender, tmp_path):
     file, bake = tmp_path / "plane.blend", tmp_path / "bake"
     blender.run_script(HERE / "make_plane.py", file)
@@ -112,6 +113,7 @@ def test_the_viewport_follows_the_lamps(display, blender, tmp_path):
     assert renders["excluded"].max() < 1.5 / 255
 
 
+@pytest.mark.night("tests/addon/nodes/test_eevee_constants.py")
 def test_two_bakes_under_eight_sources_are_not_magenta(display, blender, tmp_path):
     """EEVEE draws a material magenta if its constants exceed 64 KiB; this one has the most sources that are read."""
     file, picture = tmp_path / "plane.blend", tmp_path / "seen.png"
@@ -130,6 +132,7 @@ def test_two_bakes_under_eight_sources_are_not_magenta(display, blender, tmp_pat
     assert seen.std() > 0.02, "no diffraction in the picture"
 
 
+@pytest.mark.night("tests/addon/workflow/test_fitting_worlds.py")
 def test_a_world_is_fitted_beside_the_artists_work(display, blender, tmp_path):
     window = replace(blender, command=("env", f"DISPLAY={display}", *blender.command))
     window.run("--window-geometry", "0", "0", "900", "700", "--python", HERE / "fit_world.py", "--", tmp_path)

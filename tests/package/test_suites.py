@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`./dev test` and `./dev mutants`: an interrupt ends all suites, and what the sets and the mutants name exists."""
 
-import re
+import ast
 import signal
 import subprocess
 import sys
@@ -88,16 +88,34 @@ def test_a_change_without_tests_is_refused():
         affected_tests(["LICENSE"])
 
 
-def test_the_cheaper_tests_of_the_night_are_there():
-    texts = {path: path.read_text() for path in (ROOT / "tests").rglob("test_*.py")}
-    marks = [
-        (path, name) for path, text in texts.items() for name in re.findall(r"^@?.*mark\.night\((.*)\)$", text, re.M)
-    ]
-    assert marks
-    for path, name in marks:
-        named = name.strip('"')
-        there = (ROOT / named).exists() if named.startswith("tests/") else f"def {named}(" in texts[path]
-        assert there, f"{path}: night({name})"
+def marks_of(path):
+    """The marks of a file's tests, and of the file itself under "": for each name, the marks' arguments."""
+    tree = ast.parse(path.read_text())
+    made = {each.name: each.decorator_list for each in ast.walk(tree) if isinstance(each, ast.FunctionDef)}
+    made[""] = [each.value for each in tree.body if ast.unparse(each).startswith("pytestmark")]
+    return {
+        name: {
+            each.func.attr: each.args
+            for each in decorators
+            if ast.unparse(each).startswith(("pytest.mark.night(", "pytest.mark.short("))
+        }
+        for name, decorators in made.items()
+    }
+
+
+def test_each_test_of_the_night_names_one_of_the_short_run():
+    named = 0
+    for path in (ROOT / "tests").rglob("test_*.py"):
+        marks = marks_of(path)
+        for name, own in marks.items():
+            if "night" not in own:
+                continue
+            (cheaper,) = (word.value for word in own["night"])
+            assert "short" not in own, f"{path}: {name}"
+            there = (ROOT / cheaper).exists() if cheaper.startswith("tests/") else "night" not in marks[cheaper]
+            assert there, f"{path}: {name} names {cheaper}"
+            named += 1
+    assert named
 
 
 def test_each_mutant_s_text_and_tests_are_there():

@@ -128,6 +128,7 @@ def test_at_rest_it_lies_along_the_skin(stage, engine):
     assert off_degrees(made, stage, engine).max() < 0.5
 
 
+@pytest.mark.night("test_at_rest_it_lies_along_the_skin")
 def test_over_24_frames_it_rides_with_the_skin(stage):
     """The armature turns the skin by up to 95 degrees. Each face has one direction, so beside an edge T is off by half
     the turn of one face along the surface: 0.95 degrees with 161 rings, less than half of that with 401."""

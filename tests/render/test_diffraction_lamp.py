@@ -155,6 +155,7 @@ def test_it_follows_its_lamp_and_its_surface(stage, baked, monkeypatch, persiste
     close(stage.rgb(pixels=PIXELS), wanted)
 
 
+@pytest.mark.night("test_a_screen_receives_what_the_core_says")
 def test_a_larger_patch_sends_more(stage, baked):
     # At 20 mm the patch blurs the lobes, but the whole screen still receives its light: 100 times that of 2 mm. The
     # noise of a pixel is below 0.1, and over a thousand pixels are lit. The sun's mirror image covers ten pixels.

@@ -45,6 +45,7 @@ def test_white_furnace_of_a_deep_relief(stage, deep_skin):
     expect_directional_albedo(stage, deep_skin, (75, 80, 85))
 
 
+@pytest.mark.night("tests/render/test_base.py")
 def test_white_furnace_under_a_plate(stage, disc):
     """The disc's relief, and the face of its plate."""
     expect_directional_albedo(stage, disc, (0, 60, 75))
@@ -159,6 +160,7 @@ def test_the_sources_of_a_world(stage, skin):
     assert np.abs(fitted - many)[scattered].mean() < 0.8 * np.abs(found - many)[scattered].mean()
 
 
+@pytest.mark.night("tests/addon/workflow/test_when_still.py")
 def test_a_world_that_changes_gives_its_sources_up(stage, skin):
     """They would stay where the light no longer is. A world of one colour has none."""
     path, _ = skin

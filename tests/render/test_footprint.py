@@ -108,6 +108,7 @@ def test_few_samples_are_nearer_to_the_mean(stage, skin, engine):
     assert on.sum() == pytest.approx(truth.sum(), rel=0.04)
 
 
+@pytest.mark.night("test_it_shrinks_with_the_samples")
 def test_close_by_nothing_changes(stage, baked):
     """Where a pixel is far smaller than the orders, 64 samples show the same: within 1 % of the brightest."""
     mesh = ball(stage)

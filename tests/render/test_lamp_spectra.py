@@ -135,6 +135,7 @@ def lit(stage, bakes, light):
     return mesh, node.node_tree
 
 
+@pytest.mark.night("test_three_spectra_in_one_scene")
 def test_a_keyed_temperature_is_followed(stage, bakes):
     lamp = sun(stage, (0.1, -0.7, 0.9), kelvins=2700)
     for frame, kelvins in ((1, 2700), (24, 9000)):
@@ -239,6 +240,7 @@ bpy.ops.render.render(write_still=True)
 """
 
 
+@pytest.mark.night("tests/package/test_installed.py")
 def test_a_file_renders_alike_without_the_extension(files, bakes, tmp_path):
     for way, spectrum, kelvins in (((0.8, -0.6, 0.3), "LED-B1", 0), ((0.1, -0.7, 0.9), "", 2700)):
         sun(files, way, spectrum, kelvins)

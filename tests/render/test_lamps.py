@@ -84,6 +84,7 @@ def test_area(stage, both, engine):
     agree(both, engine, 1e-2, samples=64)
 
 
+@pytest.mark.short("cycles")
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize(
     ("kind", "settings"),

@@ -64,7 +64,7 @@ def test_it_shows_more_colour_than_the_panels_sun(stage, cube, engine):
         assert after > max(50 * before, 0.01)
 
 
-@pytest.mark.short("GRID", "WINDOW")
+@pytest.mark.short("GRID")
 @pytest.mark.parametrize("kind", KINDS)
 def test_grey_is_as_bright_as_promised(stage, cube, kind):
     """A diffuse 50 % grey card in the middle of what the camera sees, facing the key, without the cube."""

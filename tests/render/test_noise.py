@@ -155,6 +155,7 @@ def test_instances_do_not_share_noise(stage, skin, lights):
         assert abs(correlation(one, other)) < 5 / 32
 
 
+@pytest.mark.night("test_seeds_give_other_noise_and_one_mean")
 @LIGHTS
 def test_motion_and_subdivision_leave_the_mean_alone(stage, skin, lights):
     plane = plane_in_white_world(stage, skin[0], lights)

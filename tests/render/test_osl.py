@@ -51,6 +51,7 @@ GRATING = blazed(periods=4, rows=128)
 DEEP = sinusoidal(2.5e-6, 1500e-9, periods=4, rows=64)
 
 
+@pytest.mark.short("flss", "chebyshev", "nmm-jacobian")
 @pytest.mark.parametrize(
     ("name", "surface"),
     [("flss", GRATING), ("chebyshev", DEEP), ("nmm", GRATING), ("nmm-jacobian", GRATING), ("pq", GRATING)],

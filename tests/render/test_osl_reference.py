@@ -60,6 +60,7 @@ def test_flss_is_the_patch_bake(addon, tmp_path):
     assert np.percentile(differences, 95) <= 1
 
 
+@pytest.mark.short("NMM")
 @pytest.mark.parametrize("method", ["CHEBYSHEV", "NMM", "PQ"])
 def test_every_method_makes_a_material(addon, method):
     group = new_reference(method=method)
@@ -77,6 +78,7 @@ def test_a_file_that_is_there_is_taken(addon, tmp_path):
         bpy.ops.grating.osl_reference()
 
 
+@pytest.mark.night("test_a_file_that_is_there_is_taken")
 def test_the_surface_is_the_gratings(addon):
     """Its levelling counts, and an average of several scans is refused."""
     grating = bpy.context.scene.natural_gratings.active()

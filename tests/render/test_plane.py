@@ -269,6 +269,7 @@ def test_rendered_lobes_hold_the_cores_energy(bakes, picture):
     assert rendered == pytest.approx(truth, rel=0.05)
 
 
+@pytest.mark.night("test_cycles_renders_what_the_table_says")
 def test_twice_the_sun_is_twice_the_light_and_none_is_none(bakes, picture):
     blazed = bakes("blazed")
     once, twice, none = (picture(blazed.path, energy=e) for e in (1.0, 2.0, 0.0))

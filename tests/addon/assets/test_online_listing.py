@@ -104,6 +104,7 @@ class Quiet(SimpleHTTPRequestHandler):
         pass
 
 
+@pytest.mark.night("tests/addon/assets/test_assets.py")
 def test_it_is_read_through_a_static_server(listed, tmp_path):
     server = ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=str(listed)))
     threading.Thread(target=server.serve_forever, daemon=True).start()

@@ -96,6 +96,7 @@ def test_the_verb_bakes_and_saves(addon, scene, coarse, tmp_path):
     assert facts["needs"]["u"] == pytest.approx(list(coarse.bake_request().needs.region.u))
 
 
+@pytest.mark.night("test_the_verb_bakes_and_saves")
 def test_a_bake_of_a_sample_alone_tells_what_to_bake(addon, scene, watched, tmp_path):
     """The grating that `assign` adds has no height map; its bake's header names the sample."""
     given = ["--delta-e", "9", "--coherence-um", "3"]

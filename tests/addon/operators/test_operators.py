@@ -110,6 +110,7 @@ def test_cancelling_leaves_no_process_and_no_file(addon, scene, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.night("tests/addon/operators/test_add_grating.py")
 def test_a_child_bakes_into_the_extension_s_own_cache(addon, scene, scan, tmp_path, monkeypatch):
     """Unless the user has set another; either way nothing is baked twice."""
     monkeypatch.setenv("NATURAL_GRATINGS_CACHE", str(tmp_path / "own"))

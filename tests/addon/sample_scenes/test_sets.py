@@ -128,7 +128,7 @@ def test_noise_is_smooth_bounded_and_repeats():
     assert deep.min() == 0 and 0.9 < deep.max() <= 1
 
 
-@pytest.mark.night("test_a_set_holds_what_it_is_named_for")
+@pytest.mark.night("tests/addon/sample_scenes/test_scenes.py")
 @pytest.mark.parametrize("name", ["soil", "turntable"])
 def test_both_engines_show_a_set(scene, name, tmp_path, monkeypatch):
     monkeypatch.setattr(soil, "_CRUMBS", 5000)  # without a GPU, EEVEE takes a minute for all of them
@@ -151,7 +151,7 @@ def test_the_plate_is_exposed_as_grey(scene, tmp_path):
     assert shown == pytest.approx(0.18, rel=0.03)
 
 
-@pytest.mark.night("test_a_set_holds_what_it_is_named_for")
+@pytest.mark.night("tests/addon/sample_scenes/test_scenes.py")
 def test_light_goes_through_a_pane_and_is_a_little_green(scene, tmp_path):
     clean_scene()
     scene.camera = add_camera(scene, Towards(-90.0, 0.0, 1.0), (0.0, 0.165, 0.05), 200.0)

@@ -94,6 +94,7 @@ def test_the_start_is_translated(scene, addon, brackets):
         assert drawn(addon, brackets, addon.panel.GratingPanel).untranslated() == []
 
 
+@pytest.mark.night("test_each_next_step_is_translated")
 def test_a_baked_grating_is_translated(scene, grating, addon, brackets):
     assert drawn(addon, brackets, *panels(addon)).untranslated() == []
 

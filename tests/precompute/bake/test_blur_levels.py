@@ -115,7 +115,7 @@ def sampled(request):
     return errors
 
 
-@pytest.mark.short("blazed-1", "elaphe-3")
+@pytest.mark.short("elaphe-3")
 @pytest.mark.parametrize("level", [0, 1, 3, 6])
 def test_a_level_of_a_sample_keeps_the_budget(sampled, level):
     """Level 0 was asked for a dE00 of 1, and each level has as many texels to its kernel. The luminance may differ by

@@ -51,7 +51,7 @@ def assert_kept(found):
     assert found.errors.zero_order_dy < 3e-3
 
 
-@pytest.mark.short("[flat, tilted]", "non-square pixels", "NaN holes")
+@pytest.mark.short("non-square pixels", "NaN holes")
 @pytest.mark.parametrize("name", [name for name in BY_NAME if name not in REFUSED and name not in FIGURES])
 def test_the_bake_is_the_reference(name):
     assert_kept(outcome(replace(BY_NAME[name], figures=None), stored))
@@ -124,6 +124,7 @@ def test_steps_scatter_what_their_rounding_is():
     assert off.std() == pytest.approx(step / 12**0.5, rel=0.05)
 
 
+@pytest.mark.night("test_at_grazing_the_light_is_right_and_no_more_than_was_received")
 def test_narrow_orders_leave_no_gaps_at_the_rim():
     """The wavelengths follow the kernel: their sum is flat to 1e-3 at |u| = 2. The cubic reading adds less than 1 % of
     a sum of overlapping orders. With half as many wavelengths an order moves by 3.2 standard deviations, and the sum is

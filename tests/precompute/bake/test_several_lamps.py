@@ -75,7 +75,7 @@ def test_a_file_s_xyz_are_those_of_a_plain_bake(disc, made, matter):
     np.testing.assert_allclose(more.zero_order_xyz(w), plain.zero_order_xyz(w), atol=2.0**-10)
 
 
-@pytest.mark.short("dielectric")
+@pytest.mark.night("test_the_first_channels_are_those_of_a_plain_bake")
 def test_its_colours_under_lamps_are_right(made, matter):
     """The self-check's figures: within the dE00 of 1 that the bake is asked for under black bodies and daylight at the
     95th percentile. Under a part of the illuminant they are as right as under daylight, at the worst w: at most twice

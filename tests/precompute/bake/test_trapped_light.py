@@ -87,7 +87,7 @@ def mirror() -> PlateGains:
     return gains_of(groove(), "mirror")
 
 
-@pytest.mark.short("0.0-0.0", "20.0-45.0", "60.0-90.0")
+@pytest.mark.short("[20.0-45.0", "[60.0-90.0")
 @pytest.mark.parametrize("azimuth_deg", [0.0, 45.0, 90.0])
 @pytest.mark.parametrize("theta_deg", [0.0, 20.0, 30.0, 45.0, 60.0])
 def test_a_dvd_sends_out_what_the_matrix_says(dvd, theta_deg, azimuth_deg):

@@ -81,6 +81,7 @@ def test_a_missing_package_is_listed(spoil, package):
     assert missing_packages() == [package]
 
 
+@pytest.mark.short("OpenEXR-missing", "Pillow-ImportError")
 @pytest.mark.parametrize("state", ["missing", "ImportError"])
 @pytest.mark.parametrize("package", PACKAGES)
 def test_what_needs_no_such_package_works_and_the_rest_says_so(folder, spoil, capsys, package, state):

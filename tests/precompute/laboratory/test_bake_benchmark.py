@@ -25,6 +25,7 @@ def test_every_stage_of_a_dielectric_takes_its_time(found):
     assert min(stages.values()) >= 0 and sum(stages.values()) > 0
 
 
+@pytest.mark.night("test_the_clocked_functions_are_as_before_afterwards")
 def test_the_parts_are_the_whole(found):
     whole = bake.totals(found)
     assert whole["bake"] + whole["check"] == pytest.approx(sum(found["stages"].values()))

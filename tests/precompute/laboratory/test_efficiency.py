@@ -163,6 +163,7 @@ def test_the_rigorous_solver_knows_a_flat_surface(theta_deg):
     assert powers.sum(axis=1) == pytest.approx(1, abs=1e-9)
 
 
+@pytest.mark.night("test_orders_are_those_of_the_closed_forms")
 @pytest.mark.parametrize("kind", PROFILES)
 def test_scalar_theory_holds_where_the_relief_is_shallow_and_long(kind):
     """At a wall scalar theory is wrong over a strip as wide as the relief is deep, and a period has two walls. A finer

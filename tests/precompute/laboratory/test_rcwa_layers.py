@@ -53,6 +53,7 @@ def test_light_in_aluminium_is_lost(kind):
     assert np.all(powers[:, :-1].sum(axis=1) < 1)
 
 
+@pytest.mark.night("test_no_light_is_lost_without_absorption")
 @pytest.mark.parametrize("kind", PROFILES)
 @pytest.mark.parametrize("index", [1.56, *METALS.values()])
 def test_another_solver_has_the_same_orders(kind, index):

@@ -34,6 +34,7 @@ def test_facets_without_slopes_are_the_table(baked):
     np.testing.assert_allclose(found, reflected_xyz(baked, wi, wr), rtol=1e-5, atol=1e-12)
 
 
+@pytest.mark.night("tests/precompute/table/test_radiance.py")
 def test_the_blur_is_right_for_small_slopes_only(baked):
     small, large = (roughness.row_of("elaphe", baked, each) for each in (0.1, 0.4))
     assert small.median < 0.5 and small.light == pytest.approx(1, abs=0.005)

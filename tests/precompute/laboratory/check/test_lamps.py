@@ -89,6 +89,7 @@ def test_claims_that_are_too_good_fail(run, baked, scan, tmp_path):
     assert set(facts["lamps"]) == {"2700K", "FL11"}
 
 
+@pytest.mark.night("test_claims_that_are_too_good_fail")
 @pytest.mark.parametrize("lamps", [
     [], {"moon": 1}, {"D65+smooth": 1}, {"smooth": 1}, {"tungsten": 1}, {"2700K": [1]}, {"2700K": "1"}, {"2700K": -1},
     {"2700K": True}, {f"{kelvins}K": 1 for kelvins in range(2000, 2033)},
