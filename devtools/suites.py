@@ -43,11 +43,11 @@ PRECOMPUTE_SHORT = (
 # What a short run tests in the older Blender: what differs between versions. One test or more for each kind of node,
 # lamp and shader, and what appends, links, saves, undoes and follows. The night runs all of it.
 RENDER_SHORT = (
-    "test_lamps.py", "test_shadows.py", "test_osl_direct.py", "test_kept.py", "test_brought_over.py",
+    "test_lamps.py", "test_shadows.py", "test_osl_direct.py", "test_brought_over.py",
 )  # fmt: skip
 ADDON_SHORT = (
     "blender/test_guard.py", "blender/test_mesa.py", "blender/test_names.py", "blender/test_removals.py",
-    "blender/test_strangers.py", "nodes/test_builder.py", "nodes/test_eevee_constants.py",
+    "nodes/test_builder.py", "nodes/test_eevee_constants.py",
     "materials/test_purged.py", "lamps/test_lamps.py", "batch/test_commands.py", "operators/test_registering.py",
     "operators/test_operators.py", "workflow/test_assigning.py", "workflow/test_other_version.py",
     "workflow/test_restoring_bakes.py",

@@ -18,8 +18,7 @@ from .keeper import GRACE_SECONDS, LATE
 from .locks import try_lock
 
 # -P: no imports from the working folder, which strangers may write to. -s: no imports from the user's site-packages.
-# -B: no bytecode beside the extension's sources.
-PYTHON_FLAGS = ("-P", "-s", "-B")
+PYTHON_FLAGS = ("-P", "-s")
 _KEEPER = Path(__file__).with_name("keeper.py")
 
 

@@ -31,6 +31,7 @@ height = 32
 scans = ["sample:blazed"]
 delta_e = 6
 coherence_um = 4
+illuminant = "532nm"
 objects = ["Plane"]
 lights = "lamps"
 """

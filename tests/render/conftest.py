@@ -201,11 +201,11 @@ def gold(tmp_path_factory):
 @pytest.fixture(scope="session")
 def under_plate(tmp_path_factory):
     """The same of gold under a plate: its file and its table."""
-    return _blazed(tmp_path_factory, "plate 1.585, gold")
+    return _blazed(tmp_path_factory, "plate 1.585, gold", coherence_um=4)
 
 
-def _blazed(tmp_path_factory, matter: str):
-    asked = BakeRequest(coherence_length_m=8e-6, matter=parse(matter))
+def _blazed(tmp_path_factory, matter: str, coherence_um: float = 8):
+    asked = BakeRequest(coherence_length_m=coherence_um * 1e-6, matter=parse(matter))
     relief = prepare(read_height_map("sample:blazed"), plate_ior=asked.matter.plate_ior)
     image, layout = atlas.pack(bake(relief, asked))
     path = tmp_path_factory.mktemp("radiance") / "blazed.exr"

@@ -44,6 +44,7 @@ def response_of(group):
     return response
 
 
+@pytest.mark.night("tests/render/test_osl.py")
 def test_flss_is_the_patch_bake(addon, tmp_path):
     """At 65 um the 95th percentile is 0.4."""
     view = view_of(20, 12, (-0.22, 0.0))

@@ -24,9 +24,7 @@ def counts(group):
     return [(len(tree.nodes), len(tree.links), len(tree.interface.items_tree)) for tree in trees]
 
 
-@pytest.mark.short(
-    "no links", "third node-the Diffraction", "third node-the response to", "lost its first socket", "renamed"
-)
+@pytest.mark.short("no links", "third node-the Diffraction", "third node-the response to", "renamed")
 @pytest.mark.parametrize("tree", ["the Diffraction group", "the response", "the response to the world"])
 @pytest.mark.parametrize("edit", NOTICED)
 def test_edited_nodes_are_noticed_and_mended(skin, tree, edit):

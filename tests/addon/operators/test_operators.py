@@ -126,7 +126,7 @@ def test_a_child_bakes_into_the_extension_s_own_cache(addon, scene, scan, tmp_pa
     assert addon.baking.bake_and_wait(grating, str(tmp_path), use_cache=False)["cached"] is False
 
 
-@pytest.mark.night("test_a_child_bakes_into_the_extension_s_own_cache")
+@pytest.mark.night("tests/addon/operators/test_add_grating.py")
 @pytest.mark.parametrize(
     ("options", "kept"),
     [

@@ -127,7 +127,7 @@ def test_names_are_not_translated(scene, grating, addon, brackets):
     assert brackets("Pattern") == "[Pattern]" and "Pattern" in drawn(addon, brackets, addon.panel.GratingPanel).shown
 
 
-@pytest.mark.night("test_a_baked_grating_is_translated")
+@pytest.mark.night("test_each_next_step_is_translated")
 @pytest.mark.parametrize("lights", ["LAMPS", "REST", "ALL"])
 def test_a_grating_on_a_mesh_is_translated(scene, grating, addon, brackets, lights):
     bpy.ops.grating.lights(lights=lights)

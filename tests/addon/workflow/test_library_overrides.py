@@ -105,7 +105,7 @@ def test_more_lamps_than_the_linked_group_reads_are_in_that_line(guest, addon, k
     )
 
 
-@pytest.mark.short("linked")
+@pytest.mark.short("[linked-True")
 @pytest.mark.parametrize("is_owner", [False, True])
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_button_works_or_refuses_in_one_line(guest, addon, baked, kind, is_owner, capfd):
