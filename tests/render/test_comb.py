@@ -143,7 +143,7 @@ def test_over_24_frames_it_rides_with_the_skin(stage):
     assert np.nanmin(turned[..., 2]) < 0.3
 
 
-@pytest.mark.night("test_over_24_frames_it_rides_with_the_skin")
+@pytest.mark.night("test_at_rest_it_lies_along_the_skin")
 def test_in_eevee_it_rides_with_the_skin(stage):
     made = skin(stage)
     bend(stage, made)

@@ -58,7 +58,7 @@ def test_the_first_channels_are_those_of_a_plain_bake(disc, matter):
     np.testing.assert_allclose(more.zero_order[:, :3], plain.zero_order, atol=1e-6)
 
 
-@pytest.mark.night("test_its_colours_under_lamps_are_right")
+@pytest.mark.night("test_the_first_channels_are_those_of_a_plain_bake")
 def test_a_file_s_xyz_are_those_of_a_plain_bake(disc, made, matter):
     """Both files have fewer functions of w than the table that they are learnt from, and half floats. Its XYZ are the
     same for both (the test above), so the files differ by at most the sum of what each loses. The functions are learnt

@@ -25,7 +25,7 @@ def test_slopes_have_beckmanns_variance_and_no_mean():
     np.testing.assert_allclose(found.mean(axis=0), 0, atol=1e-12)
 
 
-@pytest.mark.night("test_the_blur_is_right_for_small_slopes_only")
+@pytest.mark.night("tests/precompute/table/test_radiance.py")
 def test_facets_without_slopes_are_the_table(baked):
     wi = np.array([[0.3, 0.1, np.sqrt(0.9)], [0.0, -0.6, 0.8]])
     wr = np.array([[-0.1, 0.2, np.sqrt(0.95)], [0.48, 0.36, 0.8]])
