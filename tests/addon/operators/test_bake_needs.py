@@ -51,6 +51,7 @@ def test_one_click_measures_bakes_and_swaps(addon, scene, coarse, watched):
     assert recorded["footprint"] == asked.footprint and "measured" not in recorded
     assert coarse.for_scene and coarse.bake_summary.splitlines()[-1] == "for this scene only"
     assert coarse.source and coarse.delta_e == 6.0
+    np.testing.assert_allclose(ranges(coarse.bake_request().needs), ranges(asked), atol=1e-9)
     assert bpy.ops.grating.needs(everything=True) == {"FINISHED"}
     assert shown_pixels(addon, coarse) == before and not coarse.for_scene
     assert coarse.bake_request().needs.everything

@@ -94,7 +94,6 @@ def test_facts_of_wrong_types_are_damage(run_bake, picture, tmp_path, cache_fold
     assert names(tmp_path / "second") == SKIN
 
 
-@pytest.mark.night("tests/precompute/cli/test_level.py")
 def test_the_bake_of_another_request_is_not_taken(run_bake, tmp_path, cache_folder, monkeypatch):
     """It was copied into the place of the wanted one, and its record made one of that key."""
     run_bake(tmp_path / "first")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The allowance for the sampling of a 99th percentile."""
+"""The allowance for the sampling of a 99th percentile, and sums of errors."""
 
 import numpy as np
 import pytest
@@ -38,3 +38,18 @@ def test_the_allowance_covers_errors_that_depend_on_w():
             deviation = errors._share_deviation(above > found, group if grouped else None)
             covered[grouped] += found + 2 * tail * deviation / 0.01 >= truth
     assert covered[True] > 833 > covered[False]
+
+
+def test_separate_errors_are_added():
+    found = Errors(1, 2, 3, 4, 0.1, 0.2, 0.3, pairs=1500, share_deviation=0.01, p99_of_w=5, p95_of_w=6)
+    worse = found.worse_by(0.5, 0.05)
+    assert (worse.mean, worse.p95, worse.p99, worse.max, worse.p99_of_w, worse.p95_of_w) == (
+        1.5,
+        2.5,
+        3.5,
+        4.5,
+        5.5,
+        6.5,
+    )
+    assert (worse.relative_dy, worse.relative_rms) == pytest.approx((0.15, 0.25))
+    assert (worse.zero_order_dy, worse.pairs, worse.share_deviation) == (0.3, 1500, 0.01)
