@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`--command grating`: exit statuses, one-line errors, and saved files."""
 
-import json
 import re
 import shutil
 import sys
@@ -291,23 +290,6 @@ def test_the_cache_of_the_extension_is_listed_verified_and_pruned(addon, scene, 
     assert "1 of 1 bake is damaged" in fault(capfd, addon, "cache", "verify")
     assert addon.commands.execute(["cache", "prune", "--all"]) == 0
     assert list(cache.entries()) == [] and kept.read_bytes() == baked.read_bytes()
-
-
-@pytest.mark.night("test_places_that_cannot_be_written")
-def test_a_bake_reports_its_progress_on_standard_error(addon, scene, scan, tmp_path, capfd):
-    """A batch's log shows that the bake is running."""
-    asked = ["bake", str(scan), "--size-um", "4", "--height-nm", "100", "-o", str(tmp_path / "bake"), "--no-cache"]
-    for style in ("text", "json", "none"):
-        capfd.readouterr()
-        assert addon.commands.execute([*asked, "--save", str(tmp_path / "a.blend"), "--progress", style]) == 0
-        lines = capfd.readouterr().err.splitlines()
-        if style == "json":
-            shares = [json.loads(line)["fraction"] for line in lines]
-        else:
-            shares = [int(re.fullmatch(r".+: +(\d+)%", line)[1]) / 100 for line in lines]
-        assert shares == sorted(shares)
-        # The self-check, the last stage, begins in the second half.
-        assert shares[-1] > 0.5 if style != "none" else not shares
 
 
 @pytest.mark.night("test_linked_duplicates_are_unwrapped_once")

@@ -92,16 +92,6 @@ def test_a_bake_of_several_files_is_that_of_the_command_line(addon, scene, skins
     assert addon.baking.bake_and_wait(gratings()[1], str(tmp_path / "alone"))["cached"] is False
 
 
-@pytest.mark.night("tests/addon/workflow/test_measuring_needs.py")
-def test_a_batch_bake_of_several_is_one_grating_with_all_scans(addon, scene, skins, tmp_path):
-    files = [str(skins / name) for name in ("one.png", "two.png")]
-    line = ["bake", *files, "--size-um", "4.1", "--height-nm", "100", "--delta-e", "6", "-o", str(tmp_path / "bake")]
-    assert addon.commands.execute(line) == 0
-    (grating,) = gratings()
-    assert "the mean of 2 scans" in grating.summary
-    assert [scan["source"] for scan in grating.further_scans()] == files[1:]
-
-
 def test_the_quality_of_several_is_the_worst_and_names_the_scan(scene, skins):
     flat = np.full((64, 64), 128, np.uint8)
     flat[0, 0] = 129

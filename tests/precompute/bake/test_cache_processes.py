@@ -33,19 +33,6 @@ def test_two_at_once_make_one_bake(picture, tmp_path, cache_folder):
 
 
 @pytest.mark.night("test_two_at_once_make_one_bake")
-def test_four_at_once_into_one_folder(tmp_path, cache_folder):
-    """Many rounds of an instant bake: the others find the first one's entry, and nobody removes another's files."""
-    code = STOPPED.replace('"f" * 64', "str(n) * 64").replace("cache.bake_once", "for n in range(9): cache.bake_once")
-    output = tmp_path / "out"
-    command = [sys.executable, "-c", code, str(output), "nowhere"]
-    four = [subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True) for _ in range(4)]
-    for process in four:
-        assert process.communicate(timeout=60)[1] == "" and process.returncode == 0
-    assert (output / "a.exr").read_bytes() == b"whole" * 1000
-    assert_nothing_is_left(cache_folder, output, entries=9)
-
-
-@pytest.mark.night("test_two_at_once_make_one_bake")
 def test_a_killed_bake_does_not_stop_the_next(picture, run_bake, tmp_path, cache_folder):
     output = tmp_path / "out"
     killed, heir = Child(picture, tmp_path, output), None

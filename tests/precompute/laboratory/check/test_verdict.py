@@ -84,24 +84,6 @@ def test_its_errors_are_those_of_the_bake(run, baked, scan):
     assert weighed == pytest.approx(facts["delta_e"]["relative_dy"])
 
 
-@pytest.mark.night("test_its_errors_are_those_of_the_bake")
-def test_the_same_files_give_the_same_errors(run, baked, scan):
-    """Equal to rounding: NumPy's order of sums depends on where arrays lie in memory. A sum of a million terms has an
-    error of at most 1e6 * 2^-53 = 1e-10 of itself."""
-
-    def numbers(fact):
-        if isinstance(fact, dict):
-            return [each for value in fact.values() for each in numbers(value)]
-        if isinstance(fact, list):
-            return [each for value in fact for each in numbers(value)]
-        return [fact]
-
-    first, second = (json.loads(run("check", baked, scan, *PICTURE, *QUICK, "--json", "-")[1]) for _ in range(2))
-    for each in (first, second):
-        del each["seconds"]
-    assert numbers(first) == [pytest.approx(x, rel=1e-10) if isinstance(x, float) else x for x in numbers(second)]
-
-
 @pytest.mark.short("turned", "mirrored")
 @pytest.mark.parametrize(("name", "fault"), [
     ("black", lambda table: replace(table, terms=0 * table.terms)),
