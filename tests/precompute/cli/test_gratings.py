@@ -6,9 +6,6 @@ import pytest
 from precompute.bake.cache import content_of, key_of
 from precompute.bake.request import BakeRequest, Scan, request_from
 
-# One wavelength, because the check of a white bake takes half a minute.
-DRAFT = ("--delta-e", "3", "--coherence-um", "10", "--illuminant", "532nm", "--progress", "none")
-
 
 def test_info_finds_the_period(run):
     status, out, err = run("info", "grating:blazed?lines_per_mm=400")
