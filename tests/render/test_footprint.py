@@ -81,7 +81,7 @@ def test_it_shrinks_with_the_samples(stage, engine, samples, shrinks):
     assert few / many == pytest.approx(shrinks, rel=0.02)
 
 
-@pytest.mark.short("cycles")
+@pytest.mark.night("test_it_shrinks_with_the_samples")
 @pytest.mark.parametrize("engine", ENGINES)
 def test_few_samples_are_nearer_to_the_mean(stage, skin, engine):
     """A picture with one sample per pixel, whose orders are at most a pixel wide, is close to one of many samples: its

@@ -50,7 +50,7 @@ def colour(stage, engine) -> float:
     return float(np.maximum(colour_of(rgb), 0).mean())
 
 
-@pytest.mark.night("test_grey_is_as_bright_as_promised")
+@pytest.mark.night("tests/addon/workflow/test_adding_light_rigs.py")
 @pytest.mark.parametrize("engine", ["cycles", "eevee"])
 def test_it_shows_more_colour_than_the_panels_sun(stage, cube, engine):
     bpy.ops.grating.add_sun()
@@ -64,7 +64,7 @@ def test_it_shows_more_colour_than_the_panels_sun(stage, cube, engine):
         assert after > max(50 * before, 0.01)
 
 
-@pytest.mark.short("GRID")
+@pytest.mark.night("tests/addon/workflow/test_adding_light_rigs.py")
 @pytest.mark.parametrize("kind", KINDS)
 def test_grey_is_as_bright_as_promised(stage, cube, kind):
     """A diffuse 50 % grey card in the middle of what the camera sees, facing the key, without the cube."""

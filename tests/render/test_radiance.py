@@ -161,7 +161,7 @@ def test_a_render_is_the_bake(stage, baked, form, lights):
         assert np.percentile(error, 95) <= p95
 
 
-@pytest.mark.short("baked-settings0", "baked-settings3", "gold-settings5", "under_plate-settings7")
+@pytest.mark.short("baked-settings0", "baked-settings3", "gold-settings5")
 @pytest.mark.parametrize(
     ("bake", "settings"),
     [

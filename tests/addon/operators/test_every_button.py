@@ -101,9 +101,10 @@ SITUATIONS = {
 }
 
 
-@pytest.mark.short("with the grating")
+@pytest.mark.short("a mesh with the grating-OBJECT", "a mesh with the grating-EDIT")
+@pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("situation", SITUATIONS)
-def test_no_operator_raises(stage, addon, capfd, situation):
+def test_no_operator_raises(stage, addon, capfd, situation, mode):
     names = SITUATIONS[situation]
     if situation == "no camera and no lamp":
         stage.camera = None
@@ -111,15 +112,14 @@ def test_no_operator_raises(stage, addon, capfd, situation):
     identifiers = [cls.bl_idname for cls in addon.package.CLASSES if issubclass(cls, bpy.types.Operator)]
     assert len(identifiers) > 20
     faults = []
-    for mode in MODES:
-        begin("OBJECT", "Body")
-        assert bpy.ops.grating.assign() == {"FINISHED"}
-        for name in (each.removeprefix("grating.") for each in identifiers):
-            if name == "add_sun" and mode != "EDIT":
-                continue  # each further lamp costs the node groups half a second
-            begin(mode, *names)
-            stage.natural_gratings.active_index = len(stage.natural_gratings.items) - 1 if name == "remove" else 0
-            faults += [f"{mode}: {name} {fault}" for fault in press(name, capfd)]
+    begin("OBJECT", "Body")
+    assert bpy.ops.grating.assign() == {"FINISHED"}
+    for name in (each.removeprefix("grating.") for each in identifiers):
+        if name == "add_sun" and mode != "EDIT":
+            continue  # each further lamp costs the node groups half a second
+        begin(mode, *names)
+        stage.natural_gratings.active_index = len(stage.natural_gratings.items) - 1 if name == "remove" else 0
+        faults += [f"{name} {fault}" for fault in press(name, capfd)]
     assert faults == []
 
 

@@ -17,6 +17,7 @@ from precompute.table.atlas import read_header
 from .conftest import SKIN, assert_nothing_is_left, bake_once, fake, key, names, never
 
 
+@pytest.mark.night("tests/precompute/bake/test_cache_confined.py")
 def test_the_second_bake_of_a_surface_is_taken(run_bake, picture, tmp_path, cache_folder, monkeypatch):
     """The scan's folder does not matter, but its name does, because the bake's header holds it."""
     facts, err = run_bake(tmp_path / "first")

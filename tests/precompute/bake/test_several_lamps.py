@@ -107,6 +107,7 @@ def test_wrong_channels_are_errors_under_lamps_only(disc):
         assert found.errors_of(wrong).p99 == found.errors_of(table).p99
 
 
+@pytest.mark.night("test_the_first_channels_are_those_of_a_plain_bake")
 def test_a_table_under_a_lamp_is_a_plain_table_of_it(made):
     """`under` gives what the lamp's own bake holds: the part's channels, which are summed as in a bake under it."""
     both = made("D65+FL11").table

@@ -86,6 +86,7 @@ def test_row_zero_of_an_exr_map_is_plus_y(run, tmp_path):
     assert shown[8, 16].min() > 50 and shown[24, 16].max() == 0
 
 
+@pytest.mark.night("test_maps_by_either_method_agree")
 def test_map_under_a_lamp(run, refused, scan, small_bake, tmp_path):
     """Of a bake with channels for lamps, as sums under the lamp's spectrum show it: within the bake's dE00 of 1, which
     is 2.5 code values, as in test_maps_by_either_method_agree. Daylight's picture differs more."""

@@ -55,7 +55,7 @@ def test_a_bake_for_several_lamps_passes(run, baked, scan):
     assert facts["lamps"]["2700K"]["p95"] < 1 < facts["lamps"]["FL11"]["p95"]
 
 
-@pytest.mark.short("dielectric-3")
+@pytest.mark.night("test_claims_that_are_too_good_fail")
 @pytest.mark.parametrize(("first", "factor"), [(3, 1.3), (3, -1.0), (5, 0.0)])
 def test_wrong_channels_fail(refused, baked, scan, tmp_path, first, factor):
     """The channels beyond XYZ are read, each is in its place, and XYZ themselves stay right."""
