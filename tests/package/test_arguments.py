@@ -27,7 +27,7 @@ ENDINGS = {
 
 
 # Of the binary the night asks whether the list is still right; the other wheel has the same shim.
-@pytest.mark.short("bpy-5.2", "4.5-nothing special", "4.5-a command's own status")
+@pytest.mark.short("bpy-5.2")
 @pytest.mark.parametrize("case", ENDINGS)
 def test_exit_status_is_that_of_the_binary(empty_blender, case):
     arguments, status, goes_on = ENDINGS[case]

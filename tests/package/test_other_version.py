@@ -42,6 +42,7 @@ def halves(picture: Path) -> tuple[np.ndarray, np.ndarray]:
     return colours[:, :middle], colours[:, middle:]
 
 
+@pytest.mark.short("bpy-4.5-bpy-5.2")
 @pytest.mark.parametrize(("saves", "opens"), [VERSIONS, VERSIONS[::-1]])
 def test_a_file_of_another_version_shows_the_same(blenders, blazed, tmp_path, saves, opens):
     """4.5 has no Raycast node: its highlights had half of their light. 5.2 runs no script, so nothing was shaded."""

@@ -61,7 +61,7 @@ def test_flss_is_the_patch_bake(addon, tmp_path):
     assert np.percentile(differences, 95) <= 1
 
 
-@pytest.mark.short("NMM")
+@pytest.mark.night("tests/render/test_osl.py")
 @pytest.mark.parametrize("method", ["CHEBYSHEV", "NMM", "PQ"])
 def test_every_method_makes_a_material(addon, method):
     group = new_reference(method=method)

@@ -54,6 +54,7 @@ def test_a_light_rig_is_offered_where_there_is_one(addon, monkeypatch):
     assert (button.operator, button.properties) == ("grating.light_rig", {"kind": "SUN"})
 
 
+@pytest.mark.night("tests/addon/workflow/test_noticing_outside.py")
 def test_a_bake_for_another_scene(addon, scene, scan, colourful):  # noqa: F811
     bpy.ops.grating.import_height_map(filepath=str(scan), size_um=4, height_nm=100)
     assert bpy.ops.grating.bake() == {"FINISHED"}

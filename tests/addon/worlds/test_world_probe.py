@@ -117,6 +117,7 @@ def light_around(scene, world, sun):
     return values[inside].sum(axis=0) * (2 * half / size) ** 2
 
 
+@pytest.mark.night("tests/precompute/world_sources/test_sources.py")
 def test_a_mapping_turns_the_sources(addon, scene, hdri):
     """By 40 degrees about Z, and by an object, through a node group that the file shares."""
     import bpy

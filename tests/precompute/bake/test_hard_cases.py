@@ -64,6 +64,7 @@ def test_what_cannot_be_is_refused_in_one_line(name):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.night("test_the_bake_is_the_reference")
 def test_at_grazing_the_light_is_right_and_no_more_than_was_received():
     """The largest albedo is found to a hundredth (test_largest_albedo.py)."""
     found = outcome(BY_NAME["theta of 89.9 degrees"], stored)
@@ -124,7 +125,7 @@ def test_steps_scatter_what_their_rounding_is():
     assert off.std() == pytest.approx(step / 12**0.5, rel=0.05)
 
 
-@pytest.mark.night("test_at_grazing_the_light_is_right_and_no_more_than_was_received")
+@pytest.mark.night("test_the_bake_is_the_reference")
 def test_narrow_orders_leave_no_gaps_at_the_rim():
     """The wavelengths follow the kernel: their sum is flat to 1e-3 at |u| = 2. The cubic reading adds less than 1 % of
     a sum of overlapping orders. With half as many wavelengths an order moves by 3.2 standard deviations, and the sum is

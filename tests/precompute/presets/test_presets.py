@@ -35,6 +35,7 @@ def test_there_are_the_presets_that_the_pages_promise():
     )  # fmt: skip
 
 
+@pytest.mark.short("[cd", "gold_foil", "jewel_beetle", "security_hologram", "sunbeam_snake")
 @pytest.mark.parametrize("name", NAMES)
 def test_each_is_read_and_its_request_returns_from_a_header(name):
     preset = read_preset(name)

@@ -69,7 +69,7 @@ def test_wrong_channels_fail(refused, baked, scan, tmp_path, first, factor):
     assert "dE00 p95" in told and ", claimed" in told and "dE00 p99" not in told
 
 
-@pytest.mark.short("dielectric")
+@pytest.mark.night("tests/precompute/laboratory/check/test_verdict.py")
 def test_a_wrong_zero_order_of_a_channel_fails(refused, baked, scan, tmp_path):
     def fault(table):
         zero_order = table.zero_order.copy()
