@@ -41,7 +41,7 @@ PRECOMPUTE_SHORT = (
     "surface/test_x3p.py", "table", "maths", "colour", "spectra", "bake/test_golden.py", "bake/test_cache.py",
 )  # fmt: skip
 # What a short run tests in the older Blender: what differs between versions. One test or more for each kind of node,
-# lamp and shader, and what appends, links, saves, undoes and follows. The night runs all of it.
+# lamp and shader, and what appends, links and follows. The night runs all of it.
 RENDER_SHORT = (
     "test_lamps.py", "test_shadows.py", "test_osl_direct.py", "test_brought_over.py",
 )  # fmt: skip

@@ -219,12 +219,16 @@ def hidden_objects(subject: Subject) -> Iterator[Cause]:
     """All objects that show the grating are hidden; or some are holes in the picture, which look black."""
     reasons = {thing: why for thing in subject.things if (why := _hidden(thing, subject.layer))}
     if len(reasons) == len(subject.things):
-        told = "; ".join(f"{thing.name} {why}" for thing, why in list(reasons.items())[:3])
-        yield Cause("HIDDEN", f"{told}.", mend("SHOW_OBJECTS", f"Show {listed(subject.things)}"))
+        yield Cause("HIDDEN", _told(reasons), mend("SHOW_OBJECTS", f"Show {listed(subject.things)}"))
         return
     holes = {thing: why for thing in reasons if (why := held_out(thing, subject.layer))}
     if holes:
-        yield Cause("HELD_OUT", f"{'; '.join(f'{thing.name} {why}' for thing, why in list(holes.items())[:3])}.")
+        yield Cause("HELD_OUT", _told(holes))
+
+
+def _told(reasons: dict[bpy.types.Object, str]) -> str:
+    """The first three objects, each with why it is not seen."""
+    return f"{'; '.join(f'{thing.name} {why}' for thing, why in list(reasons.items())[:3])}."
 
 
 def _hidden(thing: bpy.types.Object, layer: bpy.types.ViewLayer) -> str:
