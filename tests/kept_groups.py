@@ -9,11 +9,12 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class _Kept:
-    """A group's file, what stands before the bake in its name, and the number of the picture of each node that has
-    one."""
+    """A group's file, what stands before the bake in its name, its name in the file, and the number of the picture of
+    each node that has one."""
 
     path: Path
     prefix: str
+    name: str
     pictures: dict[str, int]
 
 
@@ -38,14 +39,14 @@ class KeptGroups:
             made = build(name, image, layout, rgb_from_xyz=rgb_from_xyz, lamp_table=lamp_table, **more)
             group = getattr(made, "group", made)
             path = self._folder / f"{len(self._kept)}.blend"
-            self._kept[key] = _Kept(path, group.name.partition(name)[0], _write(group, pictures, path))
+            self._kept[key] = _Kept(path, group.name.partition(name)[0], *_write(group, pictures, path))
             return made
 
         return built
 
 
-def _write(group, pictures, path) -> dict[str, int]:
-    """Write the group without its pictures. Returns the number of each node's."""
+def _write(group, pictures, path) -> tuple[str, dict[str, int]]:
+    """Write the group without its pictures. Returns its name there, and the number of each node's picture."""
     import bpy
 
     copy = group.copy()
@@ -53,17 +54,28 @@ def _write(group, pictures, path) -> dict[str, int]:
     for name in numbers:
         copy.nodes[name].image = None
     bpy.data.libraries.write(str(path), {copy})
+    name = copy.name
     bpy.data.node_groups.remove(copy)
-    return numbers
+    return name, numbers
 
 
 def _read(kept, name, pictures):
     import bpy
 
-    with bpy.data.libraries.load(str(kept.path)) as (held, brought):
-        brought.node_groups = held.node_groups
+    present = {tree.get("ng_shared"): tree for tree in bpy.data.node_groups if tree.library is None and _is_whole(tree)}
+    with bpy.data.libraries.load(str(kept.path)) as (_, brought):
+        brought.node_groups = [kept.name]
     (group,) = brought.node_groups
     group.name = kept.prefix + name
+    # Only one group of each formula is in a file.
+    for tree in {node.node_tree for node in group.nodes if node.type == "GROUP"}:
+        if tree["ng_shared"] in present:
+            tree.user_remap(present[tree["ng_shared"]])
+            bpy.data.node_groups.remove(tree)
     for node, number in kept.pictures.items():
         group.nodes[node].image = pictures[number]
     return group
+
+
+def _is_whole(tree) -> bool:
+    return tree.get("ng_parts") == f"{len(tree.nodes)} {len(tree.links)}"

@@ -260,7 +260,7 @@ def few_samples(subject: Subject) -> Iterator[Cause]:
 
 def without_light_group(scene: bpy.types.Scene) -> Iterator[Cause]:
     """Diffraction that a compositor does not find in the scene's light groups."""
-    yield from (Cause("LIGHT_GROUPS", f"{line[0].upper()}{line[1:]}.") for line in outside_light_groups(scene))
+    yield from (Cause("LIGHT_GROUPS", f"{line}.") for line in outside_light_groups(scene))
 
 
 def greying_transform(scene: bpy.types.Scene) -> Iterator[Cause]:

@@ -25,14 +25,14 @@ minutes from a dozen on. A driven number is a constant of the shader, and changi
 drivers need no Python, and their only target is the scene being evaluated. So they work with auto-run of scripts off,
 and appending a material to another file brings nothing else along."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import bpy
 
-from ..blender import stored
 from ..nodes.builder import Operand, Tree, Value
-from ..nodes.interface import Socket, add_interface, arrange, has_parts, has_sockets, note_parts
+from ..nodes.interface import Socket
+from ..nodes.shared_groups import shared_group
 from .follow import read_unlinked
 from .lamp_properties import PROPERTIES, SPECTRUM, PackedLamp, property_name, unpack
 
@@ -97,8 +97,6 @@ def _add_variable(driver: bpy.types.Driver, path: str, name: str = "value") -> N
     target.use_fallback_value, target.fallback_value = True, 0.0
 
 
-# Custom property that marks the group, saved in files.
-_LAMP = "ng_key_light"
 _NAME = "Lamp Irradiance"
 # The vector of each property, and its fourth number.
 LAMP_INPUTS = tuple(
@@ -176,25 +174,6 @@ def lamp_group() -> bpy.types.NodeTree:
     return shared_group(_NAME, LAMP_INPUTS, LAMP_OUTPUTS, build=_add_lamp)
 
 
-def shared_group(
-    name: str, inputs: tuple[Socket, ...], outputs: tuple[Socket, ...], *, build: Callable[[Tree], None]
-) -> bpy.types.NodeTree:
-    """The file's group of a name that all lamps share, created if needed. `build` adds its nodes.
-
-    Blender takes time in proportion to the square of a group's nodes to make them, so what each lamp needs is a group
-    of its own."""
-    for group in bpy.data.node_groups:
-        if stored.text(group, _LAMP) == name and group.library is None and _is_whole(group, inputs, outputs):
-            return group
-    group = bpy.data.node_groups.new(name, "ShaderNodeTree")
-    group[_LAMP] = name
-    add_interface(group, inputs, outputs)
-    build(Tree(group))
-    arrange(group)
-    note_parts(group)
-    return group
-
-
 def _add_lamp(tree: Tree) -> None:
     lamp = unpack(tree, list(tree.inputs().values()))
     position = tree.value(tree.node("ShaderNodeNewGeometry").outputs["Position"])
@@ -206,10 +185,6 @@ def _add_lamp(tree: Tree) -> None:
     irradiance = lamp.power * (_cone(tree, lamp, wi) / squared_distance)
     far = (1.0 - lamp.is_local).times_plus(FAR, distance)
     tree.output(wi, irradiance, lamp.variance / squared_distance, far, lamp.casts_shadow)
-
-
-def _is_whole(group: bpy.types.NodeTree, inputs: Sequence[Socket], outputs: Sequence[Socket]) -> bool:
-    return has_sockets(group, inputs, outputs) and has_parts(group)
 
 
 def _cone(tree: Tree, lamp: PackedLamp, wi: Value) -> Value:

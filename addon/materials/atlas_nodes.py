@@ -25,6 +25,7 @@ from ..blender import stored
 from ..blender.working_space import working_space
 from ..lamps.lamp_spectrum import FURTHER_MAX, further_spectra
 from ..nodes.builder import Operand, Tree, Value
+from ..nodes.shared_groups import by_group
 from .pictures import fault_of, note_content, note_pictures
 
 
@@ -41,6 +42,12 @@ class Direction:
     def vector(self) -> Value:
         """The components as a vector."""
         return self.made_of or self.cosine.tree.vector(self.x, self.y, self.cosine)
+
+    @cached_property
+    def on_disc(self) -> Value:
+        """The place on a disc of directions (precompute/table/plate_gains.py)."""
+        tree = self.cosine.tree
+        return by_group(tree, "Place on Disc", _place_on_disc, {"Direction": self.vector}, {"Place": "Vector"})[0]
 
     @classmethod
     def seen_in(cls, tree: Tree, direction: Value, frame: tuple[Value, Value, Value]) -> Direction:
@@ -273,13 +280,16 @@ def _on_disc(
 ) -> Value:
     """A table over a disc of directions (precompute/table/plate_gains.py), at a direction. `block` is its place."""
     size = layout.width, layout.height
-    cosine = tree.maximum(way.cosine, 1e-6)
-    sum_ = tree.sqrt(cosine) + 1.0
-    along = tree.math("INVERSE_SQRT", cosine.times_plus(sum_, sum_))
     rows, columns = block
     middle = (columns.start + columns.stop) / 2, (rows.start + rows.stop) / 2
     step = _over(1 / disc_texel(rows.stop - rows.start), size)
-    return tree.image(image, (way.vector * along).times_plus(step, _over(middle, size)), label=label)
+    return tree.image(image, way.on_disc.times_plus(step, _over(middle, size)), label=label)
+
+
+def _place_on_disc(tree: Tree, vector: Value) -> tuple[Value]:
+    cosine = tree.maximum(tree.value(tree.node("ShaderNodeSeparateXYZ", vector).outputs["Z"]), 1e-6)
+    sum_ = tree.sqrt(cosine) + 1.0
+    return (vector * tree.math("INVERSE_SQRT", cosine.times_plus(sum_, sum_)),)
 
 
 # The least product of the squared sines of both angles. In single precision a smaller one has no correct digit.
@@ -293,30 +303,46 @@ def dielectric_ior(tree: Tree, ior: Value) -> Value:
 
 def small_slope_over_fresnel(tree: Tree, ior: float, *, light: Direction, view: Direction, one_plus: Value) -> Value:
     """Q over Fresnel's reflectance at the half angle; arguments as in small_slope_reflectance."""
-    less_one, cosine2 = ior**2 - 1, one_plus * 0.5
-    cosine = tree.sqrt(cosine2)
-    total = tree.sqrt(cosine2 + less_one) + cosine
-    # Fresnel's reflectance is (less_one / total^2)^2 (1 + tm^2) / 2, with the amplitude tm of TM over that of TE.
-    tm = cosine.times_plus(total, -1.0) / (cosine / total).times_plus(less_one, 1.0)
-    slopes = small_slope_reflectance(tree, ior, light=light, view=view, one_plus=one_plus)
-    return slopes * tree.squared(tree.squared(total)) * (2 / less_one**2) / tm.times_plus(tm, 1.0)
+
+    def formula(inner: Tree, cos_i: Value, cos_r: Value, one_plus: Value) -> tuple[Value]:
+        less_one, cosine2 = ior**2 - 1, one_plus * 0.5
+        cosine = inner.sqrt(cosine2)
+        total = inner.sqrt(cosine2 + less_one) + cosine
+        # Fresnel's reflectance is (less_one / total^2)^2 (1 + tm^2) / 2, with the amplitude tm of TM over that of TE.
+        tm = cosine.times_plus(total, -1.0) / (cosine / total).times_plus(less_one, 1.0)
+        slopes = _small_slope(inner, cos_i, cos_r, one_plus, ior)
+        return (slopes * inner.squared(inner.squared(total)) * (2 / less_one**2) / tm.times_plus(tm, 1.0),)
+
+    given = _angles(light, view, one_plus)
+    return by_group(tree, "Small Slope over Fresnel", formula, given, {"Q over R": "Float"}, of=f"{ior}")[0]
 
 
-def small_slope_reflectance(
-    tree: Tree, ior: Value | float, *, light: Direction, view: Direction, one_plus: Value
-) -> Value:
+def small_slope_reflectance(tree: Tree, ior: Value, *, light: Direction, view: Direction, one_plus: Value) -> Value:
     """Q for unit vectors to the light and to the viewer; `one_plus` is 1 plus their scalar product."""
+
+    def formula(inner: Tree, *given: Value) -> tuple[Value]:
+        return (_small_slope(inner, *given),)
+
+    given = _angles(light, view, one_plus) | {"IOR": ior}
+    return by_group(tree, "Small Slope Reflectance", formula, given, {"Q": "Float"})[0]
+
+
+def _angles(light: Direction, view: Direction, one_plus: Value) -> dict[str, Value]:
+    return {"Cosine to Light": light.cosine, "Cosine to Viewer": view.cosine, "1 + Cosine Between": one_plus}
+
+
+def _small_slope(tree: Tree, cos_i: Value, cos_r: Value, one_plus: Value, ior: Value | float) -> Value:
     permittivity = ior * ior
     less_one = permittivity - 1.0
-    cos2_i, cos2_r = tree.squared(light.cosine), tree.squared(view.cosine)
+    cos2_i, cos2_r = tree.squared(cos_i), tree.squared(cos_r)
     in_i, in_r = tree.sqrt(cos2_i + less_one), tree.sqrt(cos2_r + less_one)
-    along = one_plus - light.cosine.times_plus(view.cosine, 1.0)
+    along = one_plus - cos_i.times_plus(cos_r, 1.0)
     sines = tree.maximum((1.0 - cos2_i) * (1.0 - cos2_r), _SINES_MIN)
     # All amplitudes relative to those of TE to TE. On each side, that of TE is 1 / total, and the ratio of TM to TE has
     # the factor of the vector along the surface, or across.
-    total_i, total_r = light.cosine + in_i, view.cosine + in_r
-    across_i = total_i / light.cosine.times_plus(permittivity, in_i)
-    across_r = total_r / view.cosine.times_plus(permittivity, in_r)
+    total_i, total_r = cos_i + in_i, cos_r + in_r
+    across_i = total_i / cos_i.times_plus(permittivity, in_i)
+    across_r = total_r / cos_r.times_plus(permittivity, in_r)
     crossed = tree.squared(across_i * in_i) + tree.squared(across_r * in_r)
     tm_tm = (in_i * in_r).times_plus(along, permittivity * sines) * (across_i * across_r)
     # along^2 / sines is the squared cosine of the azimuth between the directions.
@@ -328,9 +354,14 @@ def small_slope_reflectance(
 def shown_rgb(tree: Tree, rgb_from_xyz: np.ndarray, xyz: Value) -> Value:
     """Linear RGB of a colour in XYZ, by a matrix (3, 3). A colour with negative components is moved towards the grey of
     the same luminance."""
-    components = [tree.dot(xyz, (float(x), float(y), float(z))) for x, y, z in rgb_from_xyz]
-    y = tree.value(tree.node("ShaderNodeSeparateXYZ", xyz).outputs["Y"])
-    return _kept_in(tree, components, tree.vector(*components), y)
+    rows = rgb_from_xyz.tolist()
+
+    def formula(inner: Tree, xyz: Value) -> tuple[Value]:
+        components = [inner.dot(xyz, (x, y, z)) for x, y, z in rows]
+        y = inner.value(inner.node("ShaderNodeSeparateXYZ", xyz).outputs["Y"])
+        return (_kept_in(inner, components, inner.vector(*components), y),)
+
+    return by_group(tree, "XYZ to RGB", formula, {"XYZ": xyz}, {"RGB": "Vector"}, of=str(rows))[0]
 
 
 def shown_under_lamp(tree: Tree, rgb: Value, luminance: Value) -> Value:

@@ -16,9 +16,10 @@ from dataclasses import replace
 
 import bpy
 
-from ..lamps.lamp_group import LAMP_OUTPUTS, SHAPE, Light, WholeLamp, lamp_and_point, light_of, shared_group
+from ..lamps.lamp_group import LAMP_OUTPUTS, SHAPE, Light, WholeLamp, lamp_and_point, light_of
 from ..nodes.builder import Operand, Tree, Value
 from ..nodes.interface import Socket
+from ..nodes.shared_groups import shared_group
 
 # A light's direction, its irradiance, three numbers, and its row.
 _Pack = tuple[Value, Value, Value, Operand]

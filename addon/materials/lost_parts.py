@@ -9,7 +9,7 @@ import bpy
 from ...precompute.base.failure import GratingError
 from ..blender import compat
 from ..gratings.direction_source import is_frame_map
-from ..nodes.interface import has_parts
+from ..nodes.interface import lost_in
 from .group_properties import is_diffraction, variation_of
 from .pictures import fault_in
 from .response import Response, further_responses, is_response, own_trees, response_in, trees_at
@@ -45,8 +45,8 @@ def lost_of_nodes(group: bpy.types.NodeTree) -> str:
         if node.type == "GROUP" and not is_response(node):
             if node.node_tree is None:
                 return _DELETED
-            if not has_parts(node.node_tree):
-                return f"nodes or links were deleted in {node.node_tree.name}"
+            if fault := lost_in(node.node_tree):
+                return fault
         if node.type == "TEX_IMAGE" and not is_frame_map(node.image):
             return "its direction map was deleted"
         if node.type == "SCRIPT" and node.mode == "INTERNAL" and node.script is None:

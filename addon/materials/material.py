@@ -272,7 +272,7 @@ def outside_light_groups(scene: bpy.types.Scene) -> list[str]:
         return []
     outside = sorted((thing for thing in _showing(scene) if not thing.lightgroup), key=lambda thing: thing.name)
     remedy = "give the object a light group of its own (Object > Shading)"
-    return [f"no light group has the diffraction of {listed(outside)}; {remedy}"] if outside else []
+    return [f"No light group has the diffraction of {listed(outside)}; {remedy}"] if outside else []
 
 
 def _showing(scene: bpy.types.Scene) -> set[bpy.types.Object]:

@@ -15,6 +15,7 @@ from ...precompute.reflectance.matter import Matter
 from ..blender import stored
 from ..blender.working_space import working_space
 from ..nodes.builder import Tree, Value
+from ..nodes.shared_groups import by_group
 from .atlas_nodes import Direction
 
 # The roughness of the plate's front face, and the least one of the mirror image under it. Cycles takes a perfect mirror
@@ -61,9 +62,14 @@ class Plate:
 
     def passed(self, tree: Tree, above: Direction, inside: Direction) -> Value:
         """What the front face lets through, T, on the way between a direction above and the one inside."""
-        across = _squared_ratio(tree, above.cosine, inside.cosine * self.ior)
-        within = _squared_ratio(tree, above.cosine * self.ior, inside.cosine)
-        return (across + within).times_plus(-0.5, 1.0)
+
+        def formula(inner: Tree, above: Value, inside: Value) -> tuple[Value]:
+            across = _squared_ratio(inner, above, inside * self.ior)
+            within = _squared_ratio(inner, above * self.ior, inside)
+            return ((across + within).times_plus(-0.5, 1.0),)
+
+        given = {"Cosine Above": above.cosine, "Cosine Inside": inside.cosine}
+        return by_group(tree, "Through Plate", formula, given, {"Passed": "Float"}, of=f"{self.ior}")[0]
 
     def face(self, tree: Tree, normal: Value, share: Value) -> Value:
         """The closure of a share of the front face, which mirrors by Fresnel's formula."""

@@ -10,7 +10,7 @@ import bpy
 
 from ..blender import stored
 from ..blender.guard import absolute
-from ..nodes.interface import has_parts, note_parts
+from ..nodes.interface import lost_in, note_parts
 
 # Custom properties of pictures, saved in files: what the picture was made from, and its packed size in bytes.
 _MADE_FROM, _BYTES = "ng_picture", "ng_picture_bytes"
@@ -56,8 +56,8 @@ def pictures_of(tree: bpy.types.NodeTree) -> list[bpy.types.Image | None]:
 
 def fault_in(tree: bpy.types.NodeTree) -> str:
     """What is wrong with the nodes and pictures of a node group, in a few words; empty if nothing is."""
-    if not has_parts(tree):
-        return f"nodes or links were deleted in {tree.name}"
+    if fault := lost_in(tree):
+        return fault
     pictures = pictures_of(tree)
     for picture in pictures:
         if fault := fault_of(picture):

@@ -34,6 +34,7 @@ from ..lamps.lamp_group import (
 from ..lamps.sky import REST_SPECTRUM, source_light
 from ..nodes.builder import Operand, Tree, Value
 from ..nodes.interface import Socket
+from ..nodes.shared_groups import by_group
 from .group_properties import (
     answers_every_lamp,
     areas_in,
@@ -123,6 +124,10 @@ def with_footprint(tree: Tree, roughness: Value) -> Value:
 
     Neglected: the turn of the tangent about the normal, and the turn of the view, which is smaller than a pixel's
     angle."""
+    return by_group(tree, "Footprint", _footprint, {"Roughness": roughness}, {"Rougher": "Float"})[0]
+
+
+def _footprint(tree: Tree, roughness: Value) -> tuple[Value]:
     per_distance = drive_by_scene(tree, _PERSPECTIVE, _CAMERA | {"angle": "camera.data.angle"}, label="Pixel Angle")
     width = drive_by_scene(tree, _ORTHOGRAPHIC, _CAMERA | {"scale": "camera.data.ortho_scale"}, label="Pixel Width")
     in_cycles = drive_by_scene(
@@ -159,7 +164,7 @@ def with_footprint(tree: Tree, roughness: Value) -> Value:
         total = towards.times_plus(towards, along.times_plus(along, -1.0)) + total
     # r'^2 = sqrt(r^4 + 2 F^2)
     square = tree.squared(roughness * roughness) + tree.minimum(tree.maximum(total, 0.0) * _FILTER, 2 * MOST)
-    return tree.sqrt(tree.sqrt(square))
+    return (tree.sqrt(tree.sqrt(square)),)
 
 
 # With this detail, a Noise Texture is almost normally distributed around 0.5. Its distribution function, within 0.015,

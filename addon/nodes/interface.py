@@ -151,6 +151,14 @@ def has_parts(tree: bpy.types.NodeTree) -> bool:
     return len(tree.nodes) >= int(nodes) and len(tree.links) >= int(links)
 
 
+def lost_in(tree: bpy.types.NodeTree) -> str:
+    """What a node group or a group within it has lost of its nodes and links, in a few words, or empty."""
+    if not has_parts(tree):
+        return f"nodes or links were deleted in {tree.name}"
+    inner = {node.node_tree for node in tree.nodes if node.type == "GROUP"}
+    return "a node group in it was deleted" if None in inner else next(filter(None, map(lost_in, inner)), "")
+
+
 # EEVEE has this many bytes for the constants of a material, and draws a larger one in magenta. It flattens all groups.
 # It stores a constant for each unlinked input socket, even if the node's operation does not use the socket. A colour
 # takes 16 bytes, a vector 12 plus a gap of 4 that a number may fill, and a number 4. Nodes that do not lead to an

@@ -32,7 +32,7 @@ _HELD: dict[str, Callable[[Skin], object]] = {
     "ng_region": lambda it: it.response.group,
     "ng_space": lambda it: it.response.group,
     "ng_pictures": lambda it: it.response.group,
-    "ng_key_light": lambda it: it.addon.lamp_group.lamp_group(),
+    "ng_shared": lambda it: it.addon.lamp_group.lamp_group(),
     "ng_picture": lambda it: it.picture,
     "ng_picture_bytes": lambda it: it.picture,
     "ng_frame_map": lambda it: it.frame_map,

@@ -18,7 +18,7 @@ def test_the_groups_are_the_picture_once_the_object_has_one(stage, baked):
         stage.scene.objects[name].lightgroup = "Lamps"
     stage.render(pixels=8)
     (told,) = stage.addon.material.outside_light_groups(stage.scene)
-    assert told.startswith("no light group has the diffraction of Plane; give the object a light group of its own")
+    assert told.startswith("No light group has the diffraction of Plane; give the object a light group of its own")
     assert told in stage.addon.lighting.warnings_about(stage.scene, bpy.context.evaluated_depsgraph_get())
     assert _missing(stage) > 0.1
     plane.lightgroup = "Diffraction"

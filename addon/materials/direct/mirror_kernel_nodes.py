@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from ....precompute.optics.mirror_image import EDGE, ENDS, LEAST_Q, LEAST_VARIANCE
 from ...nodes.builder import Tree, Value
+from ...nodes.shared_groups import by_group
 from ..atlas_nodes import Direction
 
 
@@ -28,10 +29,21 @@ def mirror_kernel(
     tree: Tree, light: Direction, view: Direction, *, uv2: Value, variance: Value, roughness: Value
 ) -> MirrorKernel:
     """Add the nodes for directions above the surface, and u^2 + v^2 of their sum."""
+    given = {
+        "Cosine to Light": light.cosine, "Cosine to Viewer": view.cosine, "u2 + v2": uv2, "Variance": variance,
+        "Roughness": roughness,
+    }  # fmt: skip
+    gives = dict.fromkeys(("Radiance", "Is Near", "Squared Distance", "Spread"), "Float")
+    return MirrorKernel(*by_group(tree, "Mirror Image", _kernel, given, gives))
+
+
+def _kernel(
+    tree: Tree, cos_i: Value, cos_r: Value, uv2: Value, variance: Value, roughness: Value
+) -> tuple[Value, Value, Value, Value]:
     disc, alpha2 = tree.maximum(variance, LEAST_VARIANCE), tree.squared(roughness * roughness)
-    slopes = tree.squared(light.cosine + view.cosine) * (alpha2 * 0.5)
+    slopes = tree.squared(cos_i + cos_r) * (alpha2 * 0.5)
     along, across, blur = alpha2.times_plus(2.0, disc), disc + slopes, disc.times_plus(EDGE, slopes)
-    away2 = tree.squared(light.cosine - view.cosine).times_plus(disc / along, uv2)
+    away2 = tree.squared(cos_i - cos_r).times_plus(disc / along, uv2)
     d = tree.sqrt(blur * (disc + blur)) * 2.0
     q = tree.maximum(disc * 4.0 / d, LEAST_Q)
     ends = q + ENDS
@@ -39,4 +51,4 @@ def mirror_kernel(
     z = tree.math("EXPONENT", q) - 1.0
     height = tree.sqrt(across / along) / (d * q) * (1 / math.pi)
     value = z / (z + tree.math("EXPONENT", x)) * height
-    return MirrorKernel(value, tree.math("LESS_THAN", x, ends), away2, along)
+    return value, tree.math("LESS_THAN", x, ends), away2, along

@@ -288,8 +288,8 @@ def test_nodes_hold_what_the_scene_notes(addon, scene, material):
 def test_a_group_that_is_filled_again_keeps_no_driver_of_a_node_that_went(addon, scene, material):
     addon.skin.fill_group(material, addon.skin.responses_in(material), [False, False])
     paths = [curve.data_path for curve in material.animation_data.drivers]
-    # Each lamp has four properties of four numbers; the footprint has four numbers of camera and sampling.
-    assert len(paths) == 2 * 16 + 4 and all(material.path_resolve(path, False) for path in paths)
+    # Each lamp has four properties of four numbers.
+    assert len(paths) == 2 * 16 and all(material.path_resolve(path, False) for path in paths)
 
 
 def test_undo_pairs_of_handlers_leave_all_as_it_was(addon, scene, material):

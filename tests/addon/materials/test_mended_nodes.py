@@ -39,11 +39,11 @@ def test_edited_nodes_are_noticed_and_mended(skin, tree, edit):
     assert node.outputs["Shader"].is_linked or edit in NOTICED[3:]
 
 
-@pytest.mark.parametrize("edit", ["has no nodes", "has no links"])
-def test_an_edited_lamp_group_is_made_anew(skin, edit):
-    lies_edits.of_trees()[f"the Lamp group {edit}"](skin)
+@pytest.mark.parametrize("name", ["Lamp Irradiance", "Footprint", "Mirror Image"])
+def test_an_edited_shared_group_is_made_anew(skin, name):
+    bpy.data.node_groups[name].links.clear()
     (line,) = skin.addon.lost_parts.lost([skin.group])
-    assert "were deleted in Lamp Irradiance; press Mend Materials" in line
+    assert f"were deleted in {name}; press Mend Materials" in line
     bpy.ops.grating.mend()
     assert skin.addon.lost_parts.lost([skin.group]) == []
 
