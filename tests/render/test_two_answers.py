@@ -40,10 +40,12 @@ def shown(stage, baked):
 @pytest.mark.parametrize("lights", ["LAMPS", "REST"])
 @pytest.mark.parametrize("engine", ENGINES)
 def test_the_light_is_that_of_every_lamp(shown, engine, lights):
-    every, two = (shown(engine, AROUND, every=each, lights=lights, samples=SAMPLES) for each in (True, False))
+    # EEVEE compiles its material for each lamp: three minutes for eight of them without a cache.
+    suns = AROUND if engine == "cycles" else AROUND[:4]
+    every, two = (shown(engine, suns, every=each, lights=lights, samples=SAMPLES) for each in (True, False))
     apart = two - every
-    # The drawn lamp is one of seven. Its p is within a factor of some 4 of what it sends, and it sends less than the
-    # strongest: at most the light itself for the standard deviation of a sample, an eighth of it for 64.
+    # One of all but the strongest is drawn. Its p is within a factor of some 4 of what it sends, and it sends less than
+    # the strongest: at most the light itself for the standard deviation of a sample, an eighth of it for 64.
     noise = np.sqrt((apart**2).mean())
     assert 0 < noise < every.mean() / 8
     # Five standard errors of a mean over independent pixels; for rounding, half floats in EEVEE.
