@@ -3,7 +3,7 @@
 
     ./dev bench rcwa_orders [--quick] [--picture FILE] [--json FILE|-]
 
-rcwa_orders_rows.py has the gratings, rcwa_orders_factors.py the factors, rcwa_orders_tables.py the tables. The tables
+rcwa_orders_rows.py has the gratings and the factors. The tables
 of single orders leave out orders of less than LEAST of the light: RCWA's own error is about that large. `--picture`
 draws how far the first orders of keratin are off, by depth and period.
 """
@@ -11,8 +11,9 @@ draws how far the first orders of keratin are off, by depth and period.
 import importlib.util
 import io
 import sys
-from collections.abc import Sequence
-from dataclasses import asdict
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, replace
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -23,9 +24,203 @@ from precompute.base.files import write_whole
 from precompute.cli.parser import OneLineParser
 
 from ..study import plots
-from . import rcwa_orders_tables as tables
+from ..study.efficiency import PROFILES
 from . import report
-from .rcwa_orders_rows import Row, Total, cases, holds_reflectance, measure, off_by, steep
+from .rcwa import PARTS, Grating
+from .rcwa_orders_rows import (
+    DEEP,
+    DEPTHS,
+    FILMS,
+    METALS,
+    RATIO,
+    SHALLOW,
+    SUM_ANGLES_DEG,
+    Row,
+    Total,
+    cases,
+    extra_orders,
+    films_of,
+    flat_reflectance,
+    holds_reflectance,
+    is_of,
+    measure,
+    off_by,
+    rigorous_orders,
+    scalar_orders,
+    steep,
+)
+
+RANGES_DEG = ((0, 30), (30, 60), (60, 75), (75, 90))
+SUM_DEPTHS = (0.1, 0.25, 0.5)
+INDICES: dict[str, complex] = {"n = 1.56": 1.56, "n = 2.5": 2.5, "n = 3": 3.0, "n = 10": 10.0, **METALS}
+LEAST = 1e-4
+NEAR = 0.05
+
+
+def kept(rows: Iterable[Row]) -> list[Row]:
+    """The rows that hold at least LEAST of the light by RCWA."""
+    return [row for row in rows if row.rigorous >= LEAST]
+
+
+def _is_keratin(case: Grating) -> bool:
+    return not holds_reflectance(case)
+
+
+def _groups() -> dict[str, Callable[[Row], bool]]:
+    """Groups of orders by their titles. The first ones are of keratin."""
+
+    def shallow(row: Row) -> bool:
+        return _is_keratin(row.case) and row.case.depth in SHALLOW
+
+    def first(row: Row) -> bool:
+        return abs(row.order) == 1 and shallow(row)
+
+    groups: dict[str, Callable[[Row], bool]] = {
+        "first orders, depth to 0.2, in the plane": lambda row: first(row) and row.case.azimuth_deg == 0,
+        "first orders, depth to 0.2, out of the plane": lambda row: first(row) and row.case.azimuth_deg > 0,
+    }
+    for kind in PROFILES:
+        groups[f"the same, {kind}"] = lambda row, kind=kind: (
+            first(row) and row.case.azimuth_deg > 0 and row.case.kind == kind
+        )
+    groups |= {
+        "other orders but the mirror image, depth to 0.2": lambda row: abs(row.order) > 1 and shallow(row),
+        "mirror image, depth to 0.2": lambda row: row.order == 0 and shallow(row),
+        "first orders, depth 0.4": lambda row: abs(row.order) == 1 and _is_keratin(row.case) and row.case.depth == DEEP,
+    }
+    for name, deepest in product((*METALS, *FILMS), SHALLOW[1:]):
+        groups[f"{name}, first orders, depth to {deepest:g}, in the plane"] = lambda row, name=name, deepest=deepest: (
+            abs(row.order) == 1 and row.case.depth <= deepest and is_of(row.case, name)
+        )
+    return groups
+
+
+def order_table(rows: Sequence[Row]) -> str:
+    """Median (90th percentile) of the factor, at least 1, by the range of the larger angle, for groups of orders."""
+    lines = []
+    for title, belongs in _groups().items():
+        if not (chosen := [row for row in rows if belongs(row)]):
+            continue
+        names = list(chosen[0].scalar)
+        lines += ["", title, f"{'degrees':<9}" + "".join(f"{name:>22}" for name in names)]
+        for low, high in RANGES_DEG:
+            within = [row for row in chosen if low <= row.larger_angle_deg < high]
+            if within:
+                cells = "".join(f"{_spread(within, name):>22}" for name in names)
+                lines.append(f"{low:>2} - {high:<4}{cells}{len(within):>6}")
+    return "\n".join(lines[1:])
+
+
+def rim_by_depth(rows: Sequence[Row]) -> str:
+    """First orders of keratin in the plane at 60 to 75 degrees: median (90th percentile) by depth and profile."""
+    lines = [
+        "first orders in the plane, 60 to 75 degrees, by depth",
+        f"{'depth':<7}{'profile':<14}" + "".join(f"{name:>22}" for name in _FORMS),
+    ]
+    found = [
+        row for row in rows
+        if abs(row.order) == 1 and _is_keratin(row.case) and row.case.azimuth_deg == 0
+        and 60 <= row.larger_angle_deg < 75
+    ]  # fmt: skip
+    for depth, kind in product(DEPTHS, ("all", *PROFILES)):
+        within = [row for row in found if row.case.depth == depth and kind in ("all", row.case.kind)]
+        if within:
+            cells = "".join(f"{_spread(within, name):>22}" for name in _FORMS)
+            lines.append(f"{depth:<7g}{kind:<14}{cells}{len(within):>6}")
+    return "\n".join(lines)
+
+
+def sums(totals: Sequence[Total]) -> str:
+    """The light of all orders over a flat surface's, by the angle of the light, and its distance from RCWA."""
+    lines = [
+        "light of all orders over a flat surface's: least to most, mean; the largest difference from RCWA as a "
+        "fraction of the flat surface's light, and of the incident light"
+    ]
+    groups = [("keratin", depth) for depth in SUM_DEPTHS] + [(name, SHALLOW[-1]) for name in (*METALS, *FILMS)]
+    for name, deepest in groups:
+        belongs = _is_keratin if name == "keratin" else lambda case, name=name: is_of(case, name)
+        chosen = [one for one in totals if one.case.depth <= deepest and belongs(one.case)]
+        forms = [form for form in (*_FORMS, RATIO) if chosen and form in chosen[0].scalar]
+        heads = "".join(f"{head:>32}" for head in ("RCWA", *forms))
+        lines += ["", f"{name}, depth to {deepest:g}", f"{'light at':<10}{heads}"]
+        for theta in SUM_ANGLES_DEG:
+            if within := [one for one in chosen if one.case.theta_deg == theta]:
+                cells = [_sum_cell(within, [one.rigorous for one in within])]
+                cells += [_sum_cell(within, [one.scalar[form] for one in within]) for form in forms]
+                lines.append(f"{theta:<10g}" + "".join(f"{cell:>32}" for cell in cells) + f"{len(within):>6}")
+        lines += [_within(chosen, form) for form in forms]
+    return "\n".join(lines)
+
+
+def _within(totals: Sequence[Total], form: str) -> str:
+    """How often a form's light of all orders is within NEAR of RCWA's."""
+    away = np.array([abs(one.scalar[form] - one.rigorous) for one in totals])
+    of_flat = np.mean(away <= NEAR * np.array([one.flat for one in totals]))
+    return (
+        f"{form}: within {NEAR:g} of RCWA in {of_flat:.0%} of {len(totals)} cases as a fraction of the flat surface's "
+        f"light, in {np.mean(away <= NEAR):.1%} of the incident light (largest {away.max():.3f})"
+    )
+
+
+def _sum_cell(totals: Sequence[Total], light: Sequence[float]) -> str:
+    flat = np.array([one.flat for one in totals])
+    away = np.abs(np.array(light) - [one.rigorous for one in totals])
+    share = np.array(light) / flat
+    told = f"{share.min():.2f}-{share.max():.2f}, {share.mean():.2f}"
+    return f"{told}; {(away / flat).max():.3f}, {away.max():.3f}" if away.any() else told
+
+
+def largest_sums(title: str, measured: Sequence[Grating]) -> str:
+    """The largest light of all orders by index and form, without RCWA: over a flat surface's, and of the incident."""
+    lines = [f"largest light of all orders, without RCWA, {title}"]
+    for (name, index), form in product(INDICES.items(), _FORMS):
+        over_flat, of_incident = (0.0, ""), (0.0, "")
+        for case in (replace(each, index=index) for each in measured):
+            total = sum(light[form] for _, _, light in scalar_orders(case))
+            where = f"{case.kind}, period {case.period:g}, depth {case.depth:g}, light at {case.theta_deg:g}"
+            over_flat = max(over_flat, (total / flat_reflectance(case), where))
+            of_incident = max(of_incident, (total, where))
+        told = f"{over_flat[0]:.2f} of a flat surface's ({over_flat[1]})"
+        lines.append(f"{name}, {form}: {told}; {of_incident[0]:.2f} of the incident light ({of_incident[1]})")
+    return "\n".join(lines)
+
+
+def convergence(*, quick: bool = False) -> str:
+    """What finer RCWA changes of a first order in metals and under films: median and largest relative change."""
+    lines = ["what finer RCWA changes of a first order, median (largest)"]
+    settings = ((1.5, 40.0),) if quick else ((1.5, 40.0), (2.5, 60.0))
+    kinds = ("binary",) if quick else PROFILES  # the others have many slices
+    surfaces = {name: (index, ()) for name, index in METALS.items()} | {name: films_of(name)[0] for name in FILMS}
+    for name, (index, films) in surfaces.items():
+        for depth in SHALLOW[:1] if quick else SHALLOW:
+            orders_changed, parts_changed = [], []
+            for kind, (period, theta) in product(kinds, settings):
+                case = Grating(kind, period, depth, theta, index=index, films=films)
+                extra = extra_orders(case)
+                usual = rigorous_orders(case, 1, extra=extra)[::2]
+                there = usual >= LEAST
+                finer = (
+                    rigorous_orders(case, 1, extra=2 * extra)[::2],
+                    rigorous_orders(case, 1, extra=extra, parts=2 * PARTS)[::2],
+                )
+                for changed, one in zip((orders_changed, parts_changed), finer, strict=True):
+                    changed.extend(np.abs(one[there] / usual[there] - 1))
+            lines.append(f"{name}, depth {depth:g}: {_change(orders_changed)} with twice the extra orders, "
+                         f"{_change(parts_changed)} with twice the parts")  # fmt: skip
+    return "\n".join(lines)
+
+
+def _change(changes: Sequence[float]) -> str:
+    return f"{100 * np.median(changes):.1f} % ({100 * max(changes):.1f} %)"
+
+
+def _spread(rows: Sequence[Row], name: str) -> str:
+    return _told(off_by(rows, name))
+
+
+def _told(off: np.ndarray) -> str:
+    return f"{np.median(off):.2f} ({np.quantile(off, 0.9, method='higher'):.2f})"
+
 
 _FORMS = {"Stam": "Stam's form", "small slope": "small slope form (the materials)"}
 _ANGLES = {"light and view within 60 degrees of the normal": (0, 60), "light or view at 60 to 90 degrees": (60, 90)}
@@ -44,12 +239,12 @@ def main(argv: list[str] | None = None) -> None:
         sys.exit("error: inkstone is not here; remedy: ./dev bench rcwa_orders, in the environment py311-bpy45")
     chosen = cases(quick=arguments.quick)
     measured = [measure(case) for case in chosen]
-    rows = tables.kept(row for orders, _ in measured for row in orders)
+    rows = kept(row for orders, _ in measured for row in orders)
     totals = [total for _, total in measured]
-    parts = [tables.orders(rows), tables.rim_by_depth(rows), tables.sums(totals)]
+    parts = [order_table(rows), rim_by_depth(rows), sums(totals)]
     within = [case for case in chosen if not (case.azimuth_deg or holds_reflectance(case))]
-    parts += [tables.largest_sums("the same gratings in the plane", within), tables.largest_sums("steep ones", steep())]
-    parts += [tables.convergence(quick=arguments.quick)]
+    parts += [largest_sums("the same gratings in the plane", within), largest_sums("steep ones", steep())]
+    parts += [convergence(quick=arguments.quick)]
     report.say("\n\n".join(parts), arguments.json)
     if arguments.picture:
         draw(arguments.picture, rows)

@@ -20,16 +20,15 @@ from .digital_surf import DIGITAL_SURF
 from .gwyddion import GSF, GWYDDION, GWYDDION_TEXT
 from .hdf5 import HDF5
 from .ibw import ASYLUM
+from .iso_25178 import SDF, X3P
 from .nanonis import NANONIS
 from .nanoscope import NANOSCOPE
 from .nid import NANOSURF
 from .ntmdt import NT_MDT
 from .pictures import BMP, EXR, MATRIX, NPY, PNG, TIFF, XYZ
 from .scan_file import BEGINNING_BYTES, CONVERT, Reader, known_fault, other_way
-from .sdf import SDF
 from .tiff_scans import JPK, PARK
 from .wsxm import WSXM
-from .x3p import X3P
 
 # The first reader that recognises a file reads it: instrument TIFFs before pictures, headed texts before bare numbers.
 READERS: tuple[Reader, ...] = (

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from laboratory.benchmarks import card
-from laboratory.benchmarks.card_files import file_of
+from laboratory.benchmarks.card import file_of
 from laboratory.benchmarks.card_pictures import Job, picture_of
 
 

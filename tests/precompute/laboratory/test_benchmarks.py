@@ -18,7 +18,6 @@ from laboratory.benchmarks import (
     evaluation,
     evaluation_maps,
     evaluation_page,
-    evaluation_rows,
     report,
 )
 from laboratory.speed.surfaces import SKINS
@@ -100,8 +99,8 @@ def test_the_thesis_s_cut_gives_its_period_of_elaphe(shared_data):
     less than the standard deviation, and the next stripe is 30 nm away."""
     surface = evaluation_maps.height_maps(shared_data)["elaphe"]
     relief = evaluation_maps.as_the_thesis_cuts(turned(surface, 0))
-    period_m = evaluation_rows.THESIS_PERIODS_M["elaphe"]
-    first_order = FirstOrder(evaluation_rows.THETA_I, period_m, wavelengths(50e-9), np.radians(0.04))
+    period_m = evaluation.THESIS_PERIODS_M["elaphe"]
+    first_order = FirstOrder(evaluation.THETA_I, period_m, wavelengths(50e-9), np.radians(0.04))
     found = evaluate_method("chebyshev", relief, thesis_settings(), first_order=first_order)
     assert found.as_dict()["period_mean_nm"] == pytest.approx(1144.262, abs=0.5)
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from laboratory.benchmarks import evaluation_maps, evaluation_page, hard_cases, picture_page
+from laboratory.benchmarks import evaluation_maps, evaluation_page, hard_cases, picture
 from laboratory.speed.result import Machine
 from laboratory.study import pages, terms
 
@@ -80,7 +80,7 @@ def test_the_picture_has_a_place_for_every_figure():
     tables = [{"scene": "cd", "engine": "eevee", "reference": {"seconds": 3.0, **errors}, "rows": [row]}]
     arguments = argparse.Namespace(width=99, reference=77, most=5.0)
     machine = Machine("a processor", 3, "Linux", "3", "2", "0.1")
-    page = picture_page.text(tables, arguments, on=machine, blender="9.9")
+    page = picture.text(tables, arguments, on=machine, blender="9.9")
     assert "`./dev bench picture --width 99 --reference 77 --most 5 --output docs`" in page
     assert "| a processor, 3 cores, no GPU |" in page and "| Blender | 9.9 |" in page
     assert "| A disc | EEVEE | 2.0 | 0.0500 | 3.00 |" in page

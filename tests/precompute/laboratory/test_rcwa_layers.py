@@ -7,14 +7,16 @@ import pytest
 from laboratory.benchmarks import rcwa
 from laboratory.benchmarks.rcwa import Grating, fresnel
 from laboratory.benchmarks.rcwa_layers import reflected, slices
-from laboratory.benchmarks.rcwa_orders_factors import FACTORS, reflectance, small_slope_reflectance
 from laboratory.benchmarks.rcwa_orders_rows import (
+    FACTORS,
     FILMS,
     METALS,
     directions,
     films_of,
     is_of,
+    reflectance,
     rigorous_orders,
+    small_slope_reflectance,
     spectrum,
 )
 from laboratory.study.efficiency import PROFILES

@@ -8,10 +8,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from laboratory.benchmarks import rcwa_orders, rcwa_orders_tables
+from laboratory.benchmarks import rcwa_orders
 from laboratory.benchmarks.rcwa import Grating, fresnel, reflected
-from laboratory.benchmarks.rcwa_orders_factors import FACTORS, RATIO, reflectance
-from laboratory.benchmarks.rcwa_orders_rows import METALS, Row, directions, off_by, rigorous_orders, spectrum
+from laboratory.benchmarks.rcwa_orders_rows import (
+    FACTORS,
+    METALS,
+    RATIO,
+    Row,
+    directions,
+    off_by,
+    reflectance,
+    rigorous_orders,
+    spectrum,
+)
 from precompute.optics.brdf import RATIO_IOR, fresnel_reflectance, half_angle_cosine, scattering_factor
 
 pytestmark = pytest.mark.night("tests/precompute/optics/test_small_slope.py")
@@ -81,7 +90,7 @@ def test_an_order_that_scalar_theory_lacks_is_infinitely_off():
 
 def test_faint_orders_are_left_out():
     rows = [Row(Grating("binary", 1.5, 0.1), 1, 50.0, light, {}) for light in (2e-4, 0.5e-4)]
-    assert rcwa_orders_tables.kept(rows) == rows[:1]
+    assert rcwa_orders.kept(rows) == rows[:1]
 
 
 @pytest.mark.usefixtures("matplotlib")

@@ -7,8 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from laboratory.benchmarks.rcwa import Grating
-from laboratory.benchmarks.rcwa_orders_factors import FACTORS
-from laboratory.benchmarks.rcwa_orders_rows import directions, rigorous_orders, spectrum
+from laboratory.benchmarks.rcwa_orders_rows import FACTORS, directions, rigorous_orders, spectrum
 from precompute.optics.brdf import fresnel_reflectance, small_slope_reflectance
 
 ANGLES = st.tuples(st.floats(0, np.pi / 2), st.floats(0, 2 * np.pi))

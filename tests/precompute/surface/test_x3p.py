@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from precompute.base.failure import GratingError
-from precompute.surface.readers import x3p
+from precompute.surface.readers import iso_25178 as x3p
 from precompute.surface.readers.reader_registry import read_height_map
 from tests.hostile import instruments
 from tests.precompute.surface.scan_files import NID_CHANNELS, PIXEL_M, TILTED, nid_bytes
