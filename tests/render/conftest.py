@@ -157,6 +157,8 @@ def stage(addon, tmp_path) -> Stage:
 
     scene = bpy.context.scene
     clear(addon, scene)
+    for name in ("seed", "max_bounces"):  # tests change them
+        scene.cycles.property_unset(name)
     return Stage(addon, tmp_path, scene)
 
 
