@@ -30,9 +30,8 @@ from dataclasses import dataclass, field, replace
 
 import bpy
 
-from ..nodes.builder import Operand, Tree, Value
+from ..nodes.builder import Operand, Tree, Value, shared_group
 from ..nodes.interface import Socket
-from ..nodes.shared_groups import shared_group
 from .follow import read_unlinked
 from .lamp_properties import PROPERTIES, SPECTRUM, PackedLamp, property_name, unpack
 

@@ -24,8 +24,7 @@ from ...precompute.table.table import COLUMNS_BESIDE, TILE_PADDING
 from ..blender import stored
 from ..blender.working_space import working_space
 from ..lamps.lamp_spectrum import FURTHER_MAX, further_spectra
-from ..nodes.builder import Operand, Tree, Value
-from ..nodes.shared_groups import by_group
+from ..nodes.builder import Operand, Tree, Value, by_group
 from .pictures import fault_of, note_content, note_pictures
 
 

@@ -17,9 +17,8 @@ from dataclasses import replace
 import bpy
 
 from ..lamps.lamp_group import LAMP_OUTPUTS, SHAPE, Light, WholeLamp, lamp_and_point, light_of
-from ..nodes.builder import Operand, Tree, Value
+from ..nodes.builder import Operand, Tree, Value, shared_group
 from ..nodes.interface import Socket
-from ..nodes.shared_groups import shared_group
 
 # A light's direction, its irradiance, three numbers, and its row.
 _Pack = tuple[Value, Value, Value, Operand]

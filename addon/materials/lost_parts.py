@@ -91,11 +91,16 @@ def replace_response(group: bpy.types.NodeTree, response: Response) -> None:
             refill(each, (*own, *(response if one.group == old_group else one for one in further)))
     if old_group is not None:
         old_group.user_remap(response.group)  # for Diffraction Lamps
-    for part in left:
-        if part.users == 0:
-            compat.remove_replaced(part)
+    remove_unused(left)
     for kept, name in names:
         kept.name = name
+
+
+def remove_unused(parts: Iterable[bpy.types.ID]) -> None:
+    """Delete data-blocks that nothing uses, each after the last of the groups that used it."""
+    for part in reversed(dict.fromkeys(reversed(list(parts)))):
+        if part.users == 0:
+            compat.remove_replaced(part)
 
 
 def _is_among(tree: bpy.types.NodeTree | None, responses: Iterable[Response]) -> bool:
@@ -125,10 +130,12 @@ def _uses(response: Response, image: bpy.types.Image) -> int:
 
 
 def parts_of(tree: bpy.types.NodeTree | None) -> list[bpy.types.ID]:
-    """A response's node group, followed by the images that it reads, without duplicates."""
+    """A response's node group, followed by the groups in it and the images that it reads, without duplicates."""
     if tree is None:
         return []
-    return [tree, *dict.fromkeys(node.image for node in _picture_nodes(tree) if node.image is not None)]
+    held = [node.node_tree for node in tree.nodes if node.type == "GROUP"]
+    held += [node.image for node in _picture_nodes(tree)]
+    return [tree, *filter(None, dict.fromkeys(held))]
 
 
 def _picture_nodes(tree: bpy.types.NodeTree) -> list[bpy.types.Node]:

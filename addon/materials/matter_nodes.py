@@ -14,8 +14,7 @@ from ...precompute.optics.plate import NO_PLATE, PLATE_IOR_MAX
 from ...precompute.reflectance.matter import Matter
 from ..blender import stored
 from ..blender.working_space import working_space
-from ..nodes.builder import Tree, Value
-from ..nodes.shared_groups import by_group
+from ..nodes.builder import Tree, Value, by_group
 from .atlas_nodes import Direction
 
 # The roughness of the plate's front face, and the least one of the mirror image under it. Cycles takes a perfect mirror

@@ -32,9 +32,8 @@ from ..lamps.lamp_group import (
     read_number,
 )
 from ..lamps.sky import REST_SPECTRUM, source_light
-from ..nodes.builder import Operand, Tree, Value
+from ..nodes.builder import Operand, Tree, Value, by_group
 from ..nodes.interface import Socket
-from ..nodes.shared_groups import by_group
 from .group_properties import (
     answers_every_lamp,
     areas_in,

@@ -14,7 +14,6 @@ import bpy
 
 from ...precompute.base.failure import GratingError
 from ...precompute.presets.presets import INPUTS, PATTERNS, PresetHologram
-from ..blender import compat
 from ..blender.guard import kept_path
 from ..gratings.bakes import noted_region
 from ..gratings.grating import Grating, unused_name
@@ -29,7 +28,7 @@ from ..materials.group_properties import (
 )
 from ..materials.holograms import patterns
 from ..materials.holograms.hologram_nodes import hologram_of, input_set_by_artist, pattern_of
-from ..materials.lost_parts import faults_of, lost_of_nodes, lost_of_own, parts_of, replace_response
+from ..materials.lost_parts import faults_of, lost_of_nodes, lost_of_own, parts_of, remove_unused, replace_response
 from ..materials.material import (
     add_diffraction,
     diffraction_nodes,
@@ -149,9 +148,7 @@ def _follow(group: bpy.types.NodeTree, grating: Grating) -> None:
     held = [node.node_tree for node in group.nodes if node.type == "GROUP"]
     left = [group, *(part for tree in held for part in parts_of(tree))]
     group.user_remap(grating.group)
-    for each in left:  # a picture follows the groups that use it, so it is deleted after the last of them
-        if each.users == 0:
-            compat.remove_replaced(each)
+    remove_unused(left)
 
 
 def _new_grating(scene: bpy.types.Scene, group: bpy.types.NodeTree) -> Grating:

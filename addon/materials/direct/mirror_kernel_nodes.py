@@ -5,8 +5,7 @@ import math
 from dataclasses import dataclass
 
 from ....precompute.optics.mirror_image import EDGE, ENDS, LEAST_Q, LEAST_VARIANCE
-from ...nodes.builder import Tree, Value
-from ...nodes.shared_groups import by_group
+from ...nodes.builder import Tree, Value, by_group
 from ..atlas_nodes import Direction
 
 
