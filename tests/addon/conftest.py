@@ -43,6 +43,7 @@ def scene(first_engine):
     scene = bpy.context.scene
     data.batch_remove([other for other in data.scenes if other != scene])
     scene.render.engine = first_engine
+    scene.cycles.property_unset("samples")
     scene.natural_gratings.items.clear()
     scene.natural_gratings.active_index = 0
     if scene.animation_data:
