@@ -30,35 +30,29 @@ from .pictures import fault_of, note_content, note_pictures
 
 @dataclass(frozen=True)
 class Direction:
-    """A unit vector in tangent space: its components along T, B and N. `made_of` is the vector, if there is one."""
+    """A unit vector in tangent space: its components along T, B and N."""
 
     x: Value
     y: Value
     cosine: Value
-    made_of: Value | None = None
 
     @cached_property
     def vector(self) -> Value:
         """The components as a vector."""
-        return self.made_of or self.cosine.tree.vector(self.x, self.y, self.cosine)
+        return self.cosine.tree.vector(self.x, self.y, self.cosine)
 
     @cached_property
     def on_disc(self) -> Value:
         """The place on a disc of directions (precompute/table/plate_gains.py)."""
         tree = self.cosine.tree
-        return by_group(tree, "Place on Disc", _place_on_disc, {"Direction": self.vector}, {"Place": "Vector"})[0]
+        return by_group(
+            tree, "Place on Disc", _place_on_disc, given={"vector": self.vector}, gives={"place": "Vector"}
+        )[0]
 
     @classmethod
     def seen_in(cls, tree: Tree, direction: Value, frame: tuple[Value, Value, Value]) -> Direction:
         """A direction from world space, given the axes (T, B, N)."""
         return cls(*(tree.dot(direction, axis) for axis in frame))
-
-    @classmethod
-    def of(cls, tree: Tree, vector: Value) -> Direction:
-        """A vector that is already in tangent space."""
-        node = tree.node("ShaderNodeSeparateXYZ", vector)
-        x, y, z = (tree.value(node.outputs[axis]) for axis in "XYZ")
-        return cls(x, y, z, vector)
 
 
 # Sums of at most this many Chebyshev polynomials are evaluated as powers, whose coefficients are then at most 20.
@@ -303,34 +297,34 @@ def dielectric_ior(tree: Tree, ior: Value) -> Value:
 def small_slope_over_fresnel(tree: Tree, ior: float, *, light: Direction, view: Direction, one_plus: Value) -> Value:
     """Q over Fresnel's reflectance at the half angle; arguments as in small_slope_reflectance."""
 
-    def formula(inner: Tree, cos_i: Value, cos_r: Value, one_plus: Value) -> tuple[Value]:
+    def formula(inner: Tree, *, one_plus: Value, **cosines: Value) -> tuple[Value]:
         less_one, cosine2 = ior**2 - 1, one_plus * 0.5
         cosine = inner.sqrt(cosine2)
         total = inner.sqrt(cosine2 + less_one) + cosine
         # Fresnel's reflectance is (less_one / total^2)^2 (1 + tm^2) / 2, with the amplitude tm of TM over that of TE.
         tm = cosine.times_plus(total, -1.0) / (cosine / total).times_plus(less_one, 1.0)
-        slopes = _small_slope(inner, cos_i, cos_r, one_plus, ior)
+        slopes = _small_slope(inner, one_plus=one_plus, ior=ior, **cosines)
         return (slopes * inner.squared(inner.squared(total)) * (2 / less_one**2) / tm.times_plus(tm, 1.0),)
 
     given = _angles(light, view, one_plus)
-    return by_group(tree, "Small Slope over Fresnel", formula, given, {"Q over R": "Float"}, of=f"{ior}")[0]
+    return by_group(tree, "Small Slope over Fresnel", formula, given=given, gives={"Q over R": "Float"}, of=f"{ior}")[0]
 
 
 def small_slope_reflectance(tree: Tree, ior: Value, *, light: Direction, view: Direction, one_plus: Value) -> Value:
     """Q for unit vectors to the light and to the viewer; `one_plus` is 1 plus their scalar product."""
 
-    def formula(inner: Tree, *given: Value) -> tuple[Value]:
-        return (_small_slope(inner, *given),)
+    def formula(inner: Tree, **given: Value) -> tuple[Value]:
+        return (_small_slope(inner, **given),)
 
-    given = _angles(light, view, one_plus) | {"IOR": ior}
-    return by_group(tree, "Small Slope Reflectance", formula, given, {"Q": "Float"})[0]
+    given = _angles(light, view, one_plus) | {"ior": ior}
+    return by_group(tree, "Small Slope Reflectance", formula, given=given, gives={"Q": "Float"})[0]
 
 
 def _angles(light: Direction, view: Direction, one_plus: Value) -> dict[str, Value]:
-    return {"Cosine to Light": light.cosine, "Cosine to Viewer": view.cosine, "1 + Cosine Between": one_plus}
+    return {"cos_i": light.cosine, "cos_r": view.cosine, "one_plus": one_plus}
 
 
-def _small_slope(tree: Tree, cos_i: Value, cos_r: Value, one_plus: Value, ior: Value | float) -> Value:
+def _small_slope(tree: Tree, *, cos_i: Value, cos_r: Value, one_plus: Value, ior: Value | float) -> Value:
     permittivity = ior * ior
     less_one = permittivity - 1.0
     cos2_i, cos2_r = tree.squared(cos_i), tree.squared(cos_r)
@@ -360,7 +354,7 @@ def shown_rgb(tree: Tree, rgb_from_xyz: np.ndarray, xyz: Value) -> Value:
         y = inner.value(inner.node("ShaderNodeSeparateXYZ", xyz).outputs["Y"])
         return (_kept_in(inner, components, inner.vector(*components), y),)
 
-    return by_group(tree, "XYZ to RGB", formula, {"XYZ": xyz}, {"RGB": "Vector"}, of=str(rows))[0]
+    return by_group(tree, "XYZ to RGB", formula, given={"xyz": xyz}, gives={"rgb": "Vector"}, of=str(rows))[0]
 
 
 def shown_under_lamp(tree: Tree, rgb: Value, luminance: Value) -> Value:

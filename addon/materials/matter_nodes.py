@@ -67,8 +67,8 @@ class Plate:
             within = _squared_ratio(inner, above * self.ior, inside)
             return ((across + within).times_plus(-0.5, 1.0),)
 
-        given = {"Cosine Above": above.cosine, "Cosine Inside": inside.cosine}
-        return by_group(tree, "Through Plate", formula, given, {"Passed": "Float"}, of=f"{self.ior}")[0]
+        given = {"above": above.cosine, "inside": inside.cosine}
+        return by_group(tree, "Through Plate", formula, given=given, gives={"passed": "Float"}, of=f"{self.ior}")[0]
 
     def face(self, tree: Tree, normal: Value, share: Value) -> Value:
         """The closure of a share of the front face, which mirrors by Fresnel's formula."""

@@ -123,7 +123,7 @@ def with_footprint(tree: Tree, roughness: Value) -> Value:
 
     Neglected: the turn of the tangent about the normal, and the turn of the view, which is smaller than a pixel's
     angle."""
-    return by_group(tree, "Footprint", _footprint, {"Roughness": roughness}, {"Rougher": "Float"})[0]
+    return by_group(tree, "Footprint", _footprint, given={"roughness": roughness}, gives={"rougher": "Float"})[0]
 
 
 def _footprint(tree: Tree, roughness: Value) -> tuple[Value]:

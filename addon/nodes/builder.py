@@ -284,17 +284,17 @@ def shared_group(
 
 
 def by_group(
-    tree: Tree, name: str, formula: Callable[..., tuple[Value, ...]], given: Mapping[str, Operand],
-    gives: Mapping[str, str], *, of: str = "",
+    tree: Tree, name: str, formula: Callable[..., tuple[Value, ...]], *, given: Mapping[str, Operand],
+    gives: Mapping[str, str], of: str = "",
 ) -> tuple[Value, ...]:  # fmt: skip
-    """Add a node of the file's group of a formula. The formula gets a Tree and the values of `given`, and returns the
-    values `gives`, each of a kind of socket. `of` has the constants in it, if they may differ."""
+    """Add a node of the file's group of a formula. The formula gets a Tree and the values of `given` by name, and
+    returns the values `gives`, each of a kind of socket. `of` has the constants in it, if they may differ."""
     vectors = {name for name, value in given.items() if isinstance(value, Value) and value.is_vector}
     inputs = tuple(Socket(name, "Vector" if name in vectors else "Float", "") for name in given)
     outputs = tuple(Socket(each, kind, "") for each, kind in gives.items())
 
     def build(inner: Tree) -> None:
-        inner.output(*formula(inner, *inner.inputs().values()))
+        inner.output(*formula(inner, **inner.inputs()))
 
     found = tree.group(shared_group(name, inputs, outputs, build=build, of=of), given)
     return tuple(found[each] for each in gives)

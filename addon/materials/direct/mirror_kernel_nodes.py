@@ -29,15 +29,14 @@ def mirror_kernel(
 ) -> MirrorKernel:
     """Add the nodes for directions above the surface, and u^2 + v^2 of their sum."""
     given = {
-        "Cosine to Light": light.cosine, "Cosine to Viewer": view.cosine, "u2 + v2": uv2, "Variance": variance,
-        "Roughness": roughness,
+        "cos_i": light.cosine, "cos_r": view.cosine, "uv2": uv2, "variance": variance, "roughness": roughness,
     }  # fmt: skip
-    gives = dict.fromkeys(("Radiance", "Is Near", "Squared Distance", "Spread"), "Float")
-    return MirrorKernel(*by_group(tree, "Mirror Image", _kernel, given, gives))
+    gives = dict.fromkeys(("value", "is_near", "away2", "spread"), "Float")
+    return MirrorKernel(*by_group(tree, "Mirror Image", _kernel, given=given, gives=gives))
 
 
 def _kernel(
-    tree: Tree, cos_i: Value, cos_r: Value, uv2: Value, variance: Value, roughness: Value
+    tree: Tree, *, cos_i: Value, cos_r: Value, uv2: Value, variance: Value, roughness: Value
 ) -> tuple[Value, Value, Value, Value]:
     disc, alpha2 = tree.maximum(variance, LEAST_VARIANCE), tree.squared(roughness * roughness)
     slopes = tree.squared(cos_i + cos_r) * (alpha2 * 0.5)
