@@ -45,9 +45,8 @@ class Direction:
     def on_disc(self) -> Value:
         """The place on a disc of directions (precompute/table/plate_gains.py)."""
         tree = self.cosine.tree
-        return by_group(
-            tree, "Place on Disc", _place_on_disc, given={"vector": self.vector}, gives={"place": "Vector"}
-        )[0]
+        given = {"vector": self.vector, "cosine": self.cosine}
+        return by_group(tree, "Place on Disc", _place_on_disc, given=given, gives={"place": "Vector"})[0]
 
     @classmethod
     def seen_in(cls, tree: Tree, direction: Value, frame: tuple[Value, Value, Value]) -> Direction:
@@ -279,8 +278,8 @@ def _on_disc(
     return tree.image(image, way.on_disc.times_plus(step, _over(middle, size)), label=label)
 
 
-def _place_on_disc(tree: Tree, vector: Value) -> tuple[Value]:
-    cosine = tree.maximum(tree.value(tree.node("ShaderNodeSeparateXYZ", vector).outputs["Z"]), 1e-6)
+def _place_on_disc(tree: Tree, vector: Value, cosine: Value) -> tuple[Value]:
+    cosine = tree.maximum(cosine, 1e-6)
     sum_ = tree.sqrt(cosine) + 1.0
     return (vector * tree.math("INVERSE_SQRT", cosine.times_plus(sum_, sum_)),)
 

@@ -9,13 +9,12 @@ import bpy
 from ...precompute.base.failure import GratingError
 from ..blender import compat
 from ..gratings.direction_source import is_frame_map
-from ..nodes.interface import lost_in
+from ..nodes.interface import DELETED, lost_in
 from .group_properties import is_diffraction, variation_of
 from .pictures import fault_in
 from .response import Response, further_responses, is_response, own_trees, response_in, trees_at
 from .skin import is_outdated, is_whole, refill
 
-_DELETED = "a node group in it was deleted"
 _OUTDATED = "another version of Blender saved its shadows"
 
 
@@ -24,7 +23,7 @@ def lost_of_own(group: bpy.types.NodeTree) -> str:
     shown = trees_at(group)
     own = [tree for number, tree in shown if number == 1]
     sound = [tree for tree in own if tree is not None]
-    return _DELETED if own_trees(group)[0] is None or len(sound) < len(own) else _fault_of(sound)
+    return DELETED if own_trees(group)[0] is None or len(sound) < len(own) else _fault_of(sound)
 
 
 def lost_of_others(group: bpy.types.NodeTree) -> str:
@@ -32,7 +31,7 @@ def lost_of_others(group: bpy.types.NodeTree) -> str:
     others = [tree for number, tree in trees_at(group) if number > 1]
     sound = [tree for tree in others if tree is not None]
     is_missing = len(sound) < len(others) or len(further_responses(group)) < len(variation_of(group).shares)
-    return _DELETED if is_missing else _fault_of(sound)
+    return DELETED if is_missing else _fault_of(sound)
 
 
 def lost_of_nodes(group: bpy.types.NodeTree) -> str:
@@ -44,7 +43,7 @@ def lost_of_nodes(group: bpy.types.NodeTree) -> str:
     for node in group.nodes:
         if node.type == "GROUP" and not is_response(node):
             if node.node_tree is None:
-                return _DELETED
+                return DELETED
             if fault := lost_in(node.node_tree):
                 return fault
         if node.type == "TEX_IMAGE" and not is_frame_map(node.image):
@@ -65,7 +64,7 @@ def faults_of(groups: Iterable[bpy.types.NodeTree]) -> list[GratingError]:
     for group in filter(is_diffraction, groups):
         own, others = lost_of_own(group) or lost_of_nodes(group), lost_of_others(group)
         if own or others:
-            remedy = "press Mend Materials" if own or others != _DELETED else "choose its Variation again"
+            remedy = "press Mend Materials" if own or others != DELETED else "choose its Variation again"
             if group.library is not None:
                 # Repairing it in its own file would restore the shadows of that other Blender version.
                 file = group.library.filepath

@@ -151,12 +151,16 @@ def has_parts(tree: bpy.types.NodeTree) -> bool:
     return len(tree.nodes) >= int(nodes) and len(tree.links) >= int(links)
 
 
+# What is said of a node group that holds a deleted one.
+DELETED = "a node group in it was deleted"
+
+
 def lost_in(tree: bpy.types.NodeTree) -> str:
     """What a node group or a group within it has lost of its nodes and links, in a few words, or empty."""
     if not has_parts(tree):
         return f"nodes or links were deleted in {tree.name}"
     inner = {node.node_tree for node in tree.nodes if node.type == "GROUP"}
-    return "a node group in it was deleted" if None in inner else next(filter(None, map(lost_in, inner)), "")
+    return DELETED if None in inner else next(filter(None, map(lost_in, inner)), "")
 
 
 # EEVEE has this many bytes for the constants of a material, and draws a larger one in magenta. It flattens all groups.
