@@ -297,8 +297,8 @@ def lamps() -> Steps:
     picture("last_lamp_deleted", "the last lamp is deleted: no colours are left, and the panel offers a light rig")
     yield from press_button("bpy.ops.grating.light_rig")
     yield 2 * RENDERED
-    assert len(followed()) == 1
-    picture("light_rig", "Light Rig was pressed: the colours are back")
+    assert sorted(followed()) == ["Card", "Rig Sun", "Second Card"]
+    picture("light_rig", "Light Rig was pressed: the colours are back, and the metal has cards to reflect")
 
 
 def without_a_scan() -> Steps:

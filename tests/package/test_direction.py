@@ -15,7 +15,7 @@ from .test_interface import blender  # noqa: F401  its fixture
 
 HERE = Path(__file__).parent
 # High enough to show the whole panel.
-SIZE = (1280, 1400)
+SIZE = (1280, 1800)
 
 
 def counts(path: Path) -> tuple[int, int, int]:

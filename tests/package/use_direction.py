@@ -137,7 +137,7 @@ def story():
         # In the view's own context, as from an artist's shortcut: the process ends with one line.
         with bpy.context.temp_override(window=window(), area=view()[0], region=view()[1]):
             assert bpy.ops.grating.unwrap("INVOKE_DEFAULT") == {"RUNNING_MODAL"}
-        yield from waited_for(lambda: unwrap.running is None)
+        yield from waited_for(lambda: unwrap.job is None)
         assert maps() == ["UVMap", "Unwrapped"]
 
 
