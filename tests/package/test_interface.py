@@ -89,7 +89,7 @@ def test_the_viewport_follows_the_lamps(display, blender, tmp_path):
     blender.run_script(HERE / "make_plane.py", file)
     blender.run_grating("bake", "sample:blazed", "--delta-e", "6", "-o", bake)
     window = replace(blender, command=("env", f"DISPLAY={display}", *blender.command))
-    window.run("--window-geometry", "0", "0", "900", "700", file, "--python", HERE / "watch_viewport.py", "--",
+    window.run("--window-geometry", "0", "0", "480", "420", file, "--python", HERE / "watch_viewport.py", "--",
                bake / "blazed.exr", tmp_path)  # fmt: skip
     views, renders = ({path.stem.rpartition("_")[0]: shown(path) for path in tmp_path.glob(f"*_{what}.png")}
                       for what in ("view", "render"))  # fmt: skip
@@ -123,7 +123,7 @@ def test_two_bakes_under_eight_sources_are_not_magenta(display, blender, tmp_pat
     # Filters textures like a graphics card (addon/blender/mesa.py).
     filtered = "MESA_EXTENSION_OVERRIDE=-GL_EXT_texture_filter_anisotropic -GL_ARB_texture_filter_anisotropic"
     window = replace(blender, command=("env", f"DISPLAY={display}", filtered, *blender.command))
-    window.run("--window-geometry", "0", "0", "900", "700", file, "--python", HERE / "watch_many_sources.py", "--",
+    window.run("--window-geometry", "0", "0", "480", "420", file, "--python", HERE / "watch_many_sources.py", "--",
                tmp_path / "blazed.exr", tmp_path / "sinusoidal.exr", picture)  # fmt: skip
     seen = shown(picture)
     red, green, blue = np.moveaxis(seen, -1, 0)
@@ -138,14 +138,12 @@ def test_a_world_is_fitted_beside_the_artists_work(display, blender, tmp_path):
     window.run("--window-geometry", "0", "0", "900", "700", "--python", HERE / "fit_world.py", "--", tmp_path)
 
 
-@pytest.mark.parametrize(("file", "name"), [("formats/st_di-3.di", "skin.spm"), ("nanosurf/grid.nid", "grid.nid")])
-@pytest.mark.short("grid.nid")
-def test_a_scan_is_dropped_previewed_levelled_baked_and_undone(blender, shared_data, tmp_path, file, name):
+def test_a_scan_is_dropped_previewed_levelled_baked_and_undone(blender, shared_data, tmp_path):
     if shutil.which("Xvfb") is None:
         pytest.skip("no Xvfb: on Debian the package xvfb brings it")
-    shutil.copy(shared_data / file, tmp_path / name)
+    shutil.copy(shared_data / "nanosurf" / "grid.nid", tmp_path)
     with screen.display(1280, 1400, folder=tmp_path) as shown:
         window = replace(blender, command=("env", f"DISPLAY={shown}", *blender.command))
         size = ("--enable-event-simulate", "--window-geometry", "0", "0", "1280", "1400")
-        files = (tmp_path / name, tmp_path / "Xvfb_screen0", tmp_path / "levelled.png")
+        files = (tmp_path / "grid.nid", tmp_path / "Xvfb_screen0", tmp_path / "levelled.png")
         window.run(*size, "--python", HERE / "drop_scan.py", "--", *files)
