@@ -139,7 +139,9 @@ def show_what_renders(scene: bpy.types.Scene, *_: object) -> None:
         _follow_settings(scene)
     show_as_rendered(scene, followed_lamps(scene))
     if bpy.app.background:  # where no panel shows the warnings
-        _print(wrong_colours(scene) + unfitted_world(scene) + _outside(scene))
+        from ..materials.material import outside_light_groups  # Blender's start does not need it
+
+        _print(wrong_colours(scene) + unfitted_world(scene) + outside_light_groups(scene) + _outside(scene))
 
 
 @persistent

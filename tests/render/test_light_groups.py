@@ -8,7 +8,7 @@ from .conftest import read_channels
 from .lamp_scenes import BEFORE, build
 
 
-def test_the_groups_are_the_picture_once_the_object_has_one(stage, baked):
+def test_the_groups_are_the_picture_once_the_object_has_one(stage, baked, capsys):
     path, _ = baked
     plane = build(stage, path, BEFORE)
     layer = stage.scene.view_layers[0]
@@ -18,6 +18,7 @@ def test_the_groups_are_the_picture_once_the_object_has_one(stage, baked):
         stage.scene.objects[name].lightgroup = "Lamps"
     stage.render(pixels=8)
     (told,) = stage.addon.material.outside_light_groups(stage.scene)
+    assert f"Natural Gratings: {told}\n" in capsys.readouterr().err, "a render in background"
     assert told.startswith("No light group has the diffraction of Plane; give the object a light group of its own")
     assert told in stage.addon.lighting.warnings_about(stage.scene, bpy.context.evaluated_depsgraph_get())
     assert _missing(stage) > 0.1

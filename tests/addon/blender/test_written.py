@@ -57,6 +57,14 @@ def test_a_cut_file_is_an_error_and_the_former_file_stays(addon, writers, tmp_pa
         path.unlink()
 
 
+def test_another_size_or_other_channels_are_not_the_picture(addon, writers, tmp_path):
+    writers["map.exr"](path := tmp_path / "map.exr")
+    assert addon.written.check_picture(path, (64, 64), alpha=False) == (64, 64)
+    for size, alpha in (((64, 63), False), ((64, 64), True)):
+        with pytest.raises(OSError, match="only a part"):
+            addon.written.check_picture(path, size, alpha=alpha)
+
+
 def test_a_saved_file_keeps_the_former_version(addon, scene, tmp_path):
     path = tmp_path / "a.blend"
     path.write_bytes(b"former")

@@ -167,6 +167,13 @@ def test_the_button_bakes_for_the_lamps_of_the_scene(addon, scene, lamp, scan):
     (line,) = addon.lamp_errors.far_lamps(grating.group, scene)
     assert line == "Key: the colours under this light are visibly off; bake for it"
     assert any(line in told for told in addon.lighting.warnings_about(scene, bpy.context.view_layer.depsgraph))
+    other = next(each for each in addon.follow.followed_lamps(scene) if each.data is not lamp.data)
+    for spectrum, told in (("tube", " and 1 more:"), ("sodum", ":")):  # a faulty text is told beside its field
+        other.data.diffraction_spectrum = spectrum
+        followed(addon, scene)
+        assert told in addon.lamp_errors.far_lamps(grating.group, scene)[0][:30]
+    other.data.diffraction_spectrum = ""
+    followed(addon, scene)
     layout = Layout(folded=False)
     addon.facts.stop()
     addon.light_part.draw_light(layout, context_of(), grating, facts=addon.facts.facts_of(context_of()))

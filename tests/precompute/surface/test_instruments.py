@@ -132,7 +132,10 @@ def test_the_largest_number_is_a_missing_point_in_sdf(tmp_path, hole):
 def test_missing_points_of_a_grid_are_missing(tmp_path):
     holed = HEIGHTS.copy()
     holed[2, 7] = np.nan
-    height_map = read_height_map(write(tmp_path, "holed.xyz", instruments.xyz(holed, PIXEL_M)), SIZE_UM, 1.0)
+    path = write(tmp_path, "holed.xyz", instruments.xyz(holed, PIXEL_M))
+    with pytest.raises(GratingError, match="its numbers have no unit; give --size-um"):
+        read_height_map(path)
+    height_map = read_height_map(path, SIZE_UM, 1.0)
     assert np.argwhere(np.isnan(height_map.height_m)).tolist() == [[2, 7]]
 
 
