@@ -20,8 +20,7 @@ if not __package__:  # `blender --python` runs this file as a script
     __package__ = "sample_scenes"
 from precompute.cli.parser import OneLineParser
 
-from .panoramas import overcast, soft_boxes
-from .room import room
+from .room import overcast, room, soft_boxes
 from .stage import light_by_sky, new_world, surround_by
 from .studio import Towards, add_softbox
 

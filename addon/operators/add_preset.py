@@ -98,8 +98,8 @@ class ShowMe(Acts, bpy.types.Operator):
         return in_object_mode(cls, context)
 
     def act(self, context):
+        from ..showcase.show_views import switch_to
         from ..workflow.presets import show_preset
-        from ..workflow.show_views import switch_to
 
         scene = show_preset(self.preset)
         switch_to(context, scene)
@@ -115,7 +115,7 @@ class BackFromShow(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        from ..workflow.show_views import scene_before
+        from ..showcase.show_views import scene_before
 
         if scene_before(context) is None:
             cls.poll_message_set("Add a scene to return to first")
@@ -123,7 +123,7 @@ class BackFromShow(bpy.types.Operator):
         return True
 
     def execute(self, context):
-        from ..workflow.show_views import scene_before, switch_to
+        from ..showcase.show_views import scene_before, switch_to
 
         scene = scene_before(context)
         if scene is not None:

@@ -30,7 +30,7 @@ from .surface_part import draw_surface
 
 # Heights of the presets' pictures, in the panel and in the list that it opens, and of the large buttons, in rows.
 _PICTURE, _PICTURE_IN_LIST, _LARGE = 6.0, 6.8, 1.5
-# The custom property of Show Me's scenes (workflow/show_views.py, which loads only when needed).
+# The custom property of Show Me's scenes (showcase/show_views.py, which loads only when needed).
 _SHOW = "ng_show"
 
 

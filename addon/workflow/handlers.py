@@ -106,7 +106,7 @@ def follow_again(*_: object) -> None:
 @guarded
 def follow_undo(*_: object) -> None:
     """After an undo or a redo."""
-    from .show_views import follow_scenes  # Blender's start does not need it
+    from ..showcase.show_views import follow_scenes  # Blender's start does not need it
 
     _follow_all(exactly=False)
     follow_scenes()
@@ -116,7 +116,7 @@ def follow_undo(*_: object) -> None:
 @guarded
 def let_go(*_: object) -> None:
     """Before an undo or a redo, also where the last Diffraction group was just deleted."""
-    from .show_views import note_scenes
+    from ..showcase.show_views import note_scenes
 
     note_scenes()
     for scene in bpy.data.scenes:

@@ -17,6 +17,7 @@ from ..gratings.grating import Grating, active_grating, request_record, unused_n
 from ..materials.holograms.hologram_nodes import add_pattern, pattern_group
 from ..materials.holograms.patterns import LABELS
 from ..materials.material import LABEL, check_can_change, overfull, tell_cycles
+from ..showcase.show_views import MARK
 from ..showcase.stage import STAGES, add_thing, set_stage
 from .assigning import add_to_meshes, assign_to_meshes, further, prepared
 from .baking import bake_and_wait, take_draft
@@ -24,7 +25,6 @@ from .chosen_meshes import meshes_among
 from .directing import choose_frame
 from .importing import add_averaged, keep_if_new
 from .making_materials import beginning_of, group_of
-from .show_views import MARK
 from .varying_inputs import fit_hologram, fit_pattern
 
 # The source of the scan's direction for each direction of a preset. A disc's axis is its object's Z axis.

@@ -71,7 +71,7 @@ def write_files(folder: Path, names: Sequence[str], lamps: Sequence[int]) -> Non
 def _write_scene(addon, name: str, folder: Path, lamps: Sequence[int]) -> None:
     import bpy
 
-    from sample_scenes.lookdev import stops_for_grey
+    from sample_scenes.sets import stops_for_grey
 
     from .studio import Scene
 

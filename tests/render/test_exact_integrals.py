@@ -12,8 +12,8 @@ from laboratory.benchmarks.hemisphere import Surface, directional_albedo, hemisp
 from precompute.colour.spaces import rgb_from_xyz
 from precompute.table import atlas
 from precompute.table.sample_set import path_beside
-from sample_scenes.panoramas import overcast
 from sample_scenes.relight import paint
+from sample_scenes.room import overcast
 
 from .world_scenes import add_ball, assign, look_at_ball
 

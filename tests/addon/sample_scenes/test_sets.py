@@ -7,7 +7,7 @@ import pytest
 from mathutils import Vector
 from mathutils.bvhtree import BVHTree
 
-from sample_scenes import animal, ground, soil, terrarium
+from sample_scenes import animal, sets, soil
 from sample_scenes.noise import cracks, fractal_noise
 from sample_scenes.sets import SETS
 from sample_scenes.snake import plain_material
@@ -88,14 +88,14 @@ def test_crumbs_are_small_heaped_against_the_snake_and_touch_nothing(scene, monk
 
 
 def test_there_is_no_soil_beyond_walls(scene, monkeypatch):
-    walls = ground.Walls(-0.1, 0.05)
+    walls = soil.Walls(-0.1, 0.05)
     clean_scene()
     monkeypatch.setattr(soil, "_CRUMBS", soil._CRUMBS // 4)
     soil.add_soil(scene, walls=walls)
     points, _ = crumbs()
     assert len(points) > 5_000
     # A crumb belongs to the nearest cell, so its middle is at most half a cell outside.
-    assert points[:, 0].min() > walls.x - ground.CELL_M / 2 and points[:, 1].max() < walls.y + ground.CELL_M / 2
+    assert points[:, 0].min() > walls.x - soil.CELL_M / 2 and points[:, 1].max() < walls.y + soil.CELL_M / 2
     mesh = bpy.data.objects["Soil"].data
     assert min(v.co.x for v in mesh.vertices) == pytest.approx(walls.x)
     assert max(v.co.y for v in mesh.vertices) == pytest.approx(walls.y)
@@ -107,7 +107,7 @@ def test_soil_stays_below_a_body_of_any_place(scene):
     faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     box = add_surface(scene, "Box", points, faces=faces, material=plain_material("Box", (0.1,) * 3, 1.0))
     box.location, box.rotation_euler.z = (0.05, 0.02, 0.004), 0.5
-    made = ground.ground_below([box], 0.15, 0.05)
+    made = soil.ground_below([box], 0.15, 0.05)
     under = np.isfinite(made.underside)
     # 60 x 40 mm in cells of 1 mm; its outline crosses about 2 x 100 cells.
     assert under.sum() == pytest.approx(2400, abs=200)
@@ -157,11 +157,11 @@ def test_light_goes_through_a_pane_and_is_a_little_green(scene, tmp_path):
     scene.camera = add_camera(scene, Towards(-90.0, 0.0, 1.0), (0.0, 0.165, 0.05), 200.0)
     background = new_world(scene, "White")
     background.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
-    terrarium.add_corner(scene, ground.Walls(-0.3, 0.165))
+    sets.add_corner(scene, soil.Walls(-0.3, 0.165))
     for picture in pictures(scene, tmp_path):
         middle = picture[16:20, 28:36].mean(axis=(0, 1))
         # Of a white world straight through: 92.4 % passed and coloured, and 7.6 % reflected; a white world is both.
-        passed = 0.076 + 0.924 * np.array(terrarium.TINT)
+        passed = 0.076 + 0.924 * np.array(sets.TINT)
         np.testing.assert_allclose(middle, passed, atol=0.02)
         assert middle[1] > middle[0] + 0.02
 

@@ -11,7 +11,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 from sample_scenes import demo, wall  # noqa: E402
-from sample_scenes.report import section  # noqa: E402
+from sample_scenes.demo import section  # noqa: E402
 from sample_scenes.snake import (  # noqa: E402
     POSE_M,
     RADIUS_M,
