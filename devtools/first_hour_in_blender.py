@@ -122,6 +122,7 @@ def sticker() -> Steps:
     yield from press("bpy.ops.grating.add_sticker(...from_picture=True")
     act()  # a double click on the file
     yield from choose_file(FOLDER, "logo.png")
+    yield from press_in_view("ESC")  # the warning's popup, which also closes when the pointer leaves it
     yield from press("bpy.ops.grating.light_rig")
     yield RENDERED
     assert [thing.name for thing in bpy.context.scene.objects if thing.parent] == ["Sticker"]

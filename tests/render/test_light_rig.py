@@ -56,7 +56,8 @@ def test_it_shows_more_colour_than_the_panels_sun(stage, cube, engine):
     bpy.ops.grating.add_sun()
     before = colour(stage, engine)
     bpy.data.objects.remove(bpy.data.objects["Sun"])
-    for kind in (*KINDS, "ORDERS"):
+    # Each number of lamps is a shader of its own, and EEVEE's take seconds.
+    for kind in (*KINDS, "ORDERS") if engine == "cycles" else KINDS[:1]:
         assert bpy.ops.grating.light_rig(kind=kind) == {"FINISHED"}
         after = colour(stage, engine)
         print(f"{engine} {kind}: {after:.4f}, the panel's sun {before:.4f}")

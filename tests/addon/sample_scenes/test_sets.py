@@ -129,10 +129,9 @@ def test_noise_is_smooth_bounded_and_repeats():
 
 
 @pytest.mark.night("tests/addon/sample_scenes/test_scenes.py")
-@pytest.mark.parametrize("name", ["soil", "turntable"])
-def test_both_engines_show_a_set(scene, name, tmp_path, monkeypatch):
+def test_both_engines_show_a_set(scene, tmp_path, monkeypatch):
     monkeypatch.setattr(soil, "_CRUMBS", 5000)  # without a GPU, EEVEE takes a minute for all of them
-    build(scene, name, "turntable" if name == "turntable" else "hero")
+    build(scene, "soil")
     cycles, eevee = pictures(scene, tmp_path)
     # EEVEE leaves out most of the light between surfaces, about a fifth of it here.
     np.testing.assert_allclose(eevee.mean(axis=(0, 1)), cycles.mean(axis=(0, 1)), rtol=0.3)
@@ -177,7 +176,7 @@ def picture_by(engine, scene, folder) -> np.ndarray:
     render = scene.render
     render.resolution_x, render.resolution_y, render.resolution_percentage = 64, 36, 100
     render.image_settings.file_format = "OPEN_EXR"
-    scene.cycles.samples, scene.cycles.use_denoising, scene.eevee.taa_render_samples = 16, False, 8
+    scene.cycles.samples, scene.cycles.use_denoising, scene.eevee.taa_render_samples = 16, False, 2
     render.engine, render.filepath = engine, str(folder / f"{engine}.exr")
     bpy.ops.render.render(write_still=True)
     image = bpy.data.images.load(render.filepath)

@@ -255,7 +255,8 @@ def rendered(scene) -> np.ndarray:
     from pathlib import Path
 
     with tempfile.TemporaryDirectory() as folder:
-        scene.render.image_settings.file_format = "OPEN_EXR"
+        settings = scene.render.image_settings
+        settings.file_format, settings.color_mode = "OPEN_EXR", "RGBA"
         scene.render.filepath = str(Path(folder) / "skin.exr")
         bpy.ops.render.render(write_still=True)
         image = bpy.data.images.load(scene.render.filepath)
