@@ -47,8 +47,8 @@ def commands(page: Path) -> list[list[str]]:
 @pytest.fixture
 def folder(tmp_path) -> Path:
     """A folder with the files that the commands read."""
-    # Rough, because one window of a perfect grating has orders too narrow for a patch bake's limit; and shallow, because
-    # a bake takes time in proportion to its functions of w.
+    # Rough, because one window of a perfect grating has orders too narrow for a patch bake's limit. Shallow, because a
+    # bake takes time in proportion to its functions of w.
     bumps = np.fft.fft2(np.random.default_rng(1).standard_normal((SIDE, SIDE)))
     per_pixel = np.hypot(np.fft.fftfreq(SIDE), np.fft.fftfreq(SIDE)[:, None])
     heights = np.fft.ifft2(bumps * np.exp(-((per_pixel / 0.12) ** 2))).real

@@ -9,7 +9,7 @@ import pytest
 
 from tests.hostile import blends, lying_scene
 
-# Files with many forged properties each, and a sixth of the edits, another in each Blender: each edit rebuilds materials.
+# Files with many forged properties each, and a sixth of the edits, others in each Blender: an edit rebuilds materials.
 FIRST = 0 if bpy.app.version >= (5, 0, 0) else 3
 ROUNDS = [names for number, names in enumerate(blends.rounds()) if len(names) > 1 or number % 6 == FIRST]
 
