@@ -47,12 +47,12 @@ def commands(page: Path) -> list[list[str]]:
 @pytest.fixture
 def folder(tmp_path) -> Path:
     """A folder with the files that the commands read."""
-    # Rough, because one window of a perfect grating has orders too narrow for a patch bake's limit. Shallow, because a
-    # bake takes time in proportion to its functions of w.
+    # Rough, because one window of a perfect grating has orders too narrow for a patch bake's limit. No deeper than that
+    # limit needs, because a bake takes time in proportion to its functions of w.
     bumps = np.fft.fft2(np.random.default_rng(1).standard_normal((SIDE, SIDE)))
     per_pixel = np.hypot(np.fft.fftfreq(SIDE), np.fft.fftfreq(SIDE)[:, None])
     heights = np.fft.ifft2(bumps * np.exp(-((per_pixel / 0.12) ** 2))).real
-    heights *= 10e-9 / heights.std()
+    heights *= 30e-9 / heights.std()
     for name in ("scan.nid", "one.nid", "other.nid"):
         (tmp_path / name).write_bytes(nid_bytes(heights, pixel_m=SCAN_M / SIDE))
     grey = np.interp(heights, [heights.min(), heights.max()], [0, 65535])
