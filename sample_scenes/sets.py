@@ -16,11 +16,11 @@ from .snake import plain_material
 from .soil import Walls, add_soil
 from .stage import add_plane, add_surface, paint
 
-_COLOURS = (
+_BARK_COLOURS = (
     (0.018, 0.008, 0.0045), (0.125, 0.066, 0.029), (0.23, 0.138, 0.062), (0.18, 0.15, 0.12), (0.14, 0.062, 0.026),
     (0.13, 0.065, 0.03), (0.036, 0.0175, 0.0125),
 )  # fmt: skip
-_CRACK, _PALE, _CREST, _GREY, _STAIN, _INSIDE, _SOIL = (np.array(colour) for colour in _COLOURS)
+_CRACK, _PALE, _CREST, _GREY, _STAIN, _INSIDE, _HOLLOW = (np.array(colour) for colour in _BARK_COLOURS)
 _ALONG, _AROUND = 360, 240
 
 
@@ -49,7 +49,7 @@ def add_bark(
     flat = np.stack([s * length_m / 2, a * radius_m * np.pi / 2], axis=-1)
     sway = [fractal_noise(flat / (0.06, 0.035), 4, seed + k) for k in range(2)]
     bent = flat + (0.02, 0.014) * np.stack(sway, axis=-1)
-    relief, depth = _relief(bent, flat, seed)
+    relief, depth = _bark_relief(bent, flat, seed)
     angle = a * (np.pi / 2) * (0.92 + 0.12 * fractal_noise(flat / (0.03, 1.0), 3, seed + 2))
     along = flat[..., 0] * (1 + 0.1 * s**4 * fractal_noise(flat / (1.0, 0.016), 3, seed + 3))
     bulge = 1 + 0.16 * fractal_noise(flat / 0.09, 2, seed + 4)
@@ -57,16 +57,16 @@ def add_bark(
     skins = [_rolled(along, angle, radius_m * bulge + height) for height in (relief, relief * 0.3 - thick)]
     points = np.concatenate([skin.reshape(-1, 3) for skin in skins])
     points[:, 2] -= radius_m * 0.2 + placed.sunk_m
-    bark = add_surface(scene, "Cork Bark", points, faces=_shell(_ALONG, _AROUND), material=_material())
+    bark = add_surface(scene, "Cork Bark", points, faces=_shell(_ALONG, _AROUND), material=_bark_material())
     bark.data.shade_smooth()
-    colours = np.concatenate([_colours(depth, flat, seed), np.broadcast_to(_INSIDE, (depth.size, 3))])
+    colours = np.concatenate([_bark_colours(depth, flat, seed), np.broadcast_to(_INSIDE, (depth.size, 3))])
     paint(bark.data, "bark", colours, domain="POINT")
     bark.location = (placed.x, placed.y, 0.0)
     bark.rotation_euler = (radians(placed.roll_deg), 0.0, radians(placed.turn_deg))
     return bark
 
 
-def _relief(bent: np.ndarray, flat: np.ndarray, seed: int) -> tuple[np.ndarray, np.ndarray]:
+def _bark_relief(bent: np.ndarray, flat: np.ndarray, seed: int) -> tuple[np.ndarray, np.ndarray]:
     """The height of the bark's ridges over its tube, in metres, and how deep a place lies, from 0 to 1."""
     deep, shallow, fine = (
         cracks(bent / (1e-3 * np.array(size)), width, seed + k)
@@ -97,7 +97,7 @@ def _shell(rows: int, columns: int) -> np.ndarray:
     return np.concatenate([outer, inner[:, ::-1], rim])
 
 
-def _colours(depth: np.ndarray, flat: np.ndarray, seed: int) -> np.ndarray:
+def _bark_colours(depth: np.ndarray, flat: np.ndarray, seed: int) -> np.ndarray:
     """Colours (n, 3): dark cracks, pale crests, grey and brown patches, soil in hollows."""
     shade = np.clip(depth + 0.12 * fractal_noise(flat / 0.008, 3, seed + 12), 0, 1)[..., None]
     colour = np.where(
@@ -110,10 +110,10 @@ def _colours(depth: np.ndarray, flat: np.ndarray, seed: int) -> np.ndarray:
     soiled = (
         np.clip(4 * (shade - 0.62), 0, 0.9) * np.clip(0.6 + 2 * value_noise(flat / 0.03, seed + 19), 0, 1)[..., None]
     )
-    return (colour + (_SOIL - colour) * soiled).reshape(-1, 3)
+    return (colour + (_HOLLOW - colour) * soiled).reshape(-1, 3)
 
 
-def _material() -> bpy.types.Material:
+def _bark_material() -> bpy.types.Material:
     """The colours of the mesh, with a fine grain as bumps."""
     material = plain_material("Cork Bark", tuple(_PALE), 0.9, specular=0.15)
     nodes, links = material.node_tree.nodes, material.node_tree.links

@@ -68,8 +68,13 @@ def bpy_command(environment: environments.Environment) -> tuple[str, ...]:
     return str(environment.python), "-P", str(SHIM)
 
 
+def chosen_binary() -> str | Path | None:
+    """The real Blender to test, if there is one."""
+    return os.environ.get("NATURAL_GRATINGS_BLENDER") or find_binary()
+
+
 def binary_command() -> tuple[str, ...]:
-    binary = os.environ.get("NATURAL_GRATINGS_BLENDER") or find_binary()
+    binary = chosen_binary()
     if not binary:
         pytest.skip("no Blender binary: on Debian ./dev blender-setup brings one")
     return (str(binary),)

@@ -2,7 +2,6 @@
 """The commands of the pages as they are printed: each in a process of its own, page by page, from top to bottom."""
 
 import json
-import os
 import re
 import shutil
 from dataclasses import replace
@@ -14,9 +13,10 @@ import pytest
 from PIL import Image
 
 from devtools import ROOT
-from devtools.blender import find_binary
 from tests.precompute.surface.scan_files import nid_bytes
 from tests.printed_commands import PAGES, on_lines
+
+from .conftest import chosen_binary
 
 # The mesh in each file that the commands open.
 NAMES = {"snake": "Snake", "card": "Card", "can": "Can", "wall": "Carrier", "disc": "Disc", "shot": "Snake"}
@@ -34,7 +34,7 @@ delta_e = 6
 objects = ["Snake"]
 """
 # A real Blender where there is one, else a wheel.
-BLENDER = "binary" if os.environ.get("NATURAL_GRATINGS_BLENDER") or find_binary() else "bpy-5.2"
+BLENDER = "binary" if chosen_binary() else "bpy-5.2"
 # Programs and verbs that other tests run, that take hours, or that are not ours.
 _ELSEWHERE = {"bench", "demo", "test", "benchmark", "extension", "asset_listing"}
 
