@@ -18,6 +18,7 @@ from ...precompute.base.failure import GratingError
 from ...precompute.cli.parser import OneLineParser, exit_status
 from ...precompute.cli.printing import check_targets
 from ..blender.session import in_window
+from ..blender.written import fault_of
 
 # Modules of this folder, and help texts. Of the verb `direction-map` a module has direction_map_options(parser) and
 # run_direction_map(arguments).
@@ -60,8 +61,9 @@ def _run(arguments: argparse.Namespace) -> object:
         with in_window():
             return arguments.run(arguments)
     except RuntimeError as error:  # from Blender's own operators, such as save and render
-        told = " ".join(str(error).split()).removeprefix("Error: ")
-        raise GratingError("Blender", told, "check the path, its permissions, and the space left there") from error
+        raise GratingError(
+            "Blender", fault_of(error), "check the path, its permissions, and the space left there"
+        ) from error
 
 
 def check_opened(line: Sequence[str]) -> None:

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Files that Blender writes, checked: it reports success for a picture or a compressed .blend that a full disk has
-cut."""
+cut, and other faults without the file."""
 
+import contextlib
 import os
 import re
 import secrets
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +19,20 @@ _COMPRESSED, _TABLE_ENDS = b"\x28\xb5\x2f\xfd", b"\xb1\xea\x92\x8f"
 # The name of an unfinished copy. Blender adds the @ while it writes.
 _PARTIAL = re.compile(r"\.grating\.[0-9a-f]{16}\.blend@?")
 _CUT = "Blender wrote only a part of it"
+
+
+def fault_of(error: Exception) -> str:
+    """What an error of Blender's operators says, as one line."""
+    return " ".join(str(error).split()).removeprefix("Error: ")
+
+
+@contextlib.contextmanager
+def written_by_blender() -> Iterator[None]:
+    """Turn an error of Blender's writers, which names no file, into an OSError."""
+    try:
+        yield
+    except RuntimeError as error:
+        raise OSError(fault_of(error)) from error
 
 
 def check_picture(path: Path, size: tuple[int, int] | None, *, alpha: bool) -> tuple[int, int]:
@@ -44,10 +60,10 @@ def rendered_size(render: bpy.types.RenderSettings) -> tuple[int, int] | None:
 def save_copy(path: Path, *, keep: bool = False, **options: Any) -> None:
     """Save the open file at a path, whole or not at all: under another name in its folder, so that relative paths are
     right. `keep`: a file that was there gets the ending .blend1. `options` are those of Blender's operator. Raises
-    GratingError or RuntimeError if it cannot be written."""
+    GratingError if it cannot be written."""
     partial = path.with_name(f".grating.{secrets.token_hex(8)}.blend")
     try:
-        with told_of(path):
+        with told_of(path), written_by_blender():
             bpy.ops.wm.save_as_mainfile(filepath=str(partial), copy=True, **options)
             check_blend(partial)
             if keep and path.exists():

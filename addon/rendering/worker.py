@@ -28,7 +28,7 @@ from ...precompute.base.locks import has_no_locks, try_lock
 from ...precompute.base.shared_folder import machine_name
 from ...precompute.render_job.plan import PICTURES, read_plan
 from ..blender import compat, mesa
-from ..blender.written import check_picture, rendered_size
+from ..blender.written import check_picture, fault_of, rendered_size
 from .picture_setup import Base, set_up
 
 # Is called with a line after each picture, and with how many are done and wanted.
@@ -131,7 +131,7 @@ def _try(
         try:
             render(picture, base, folder, facts=facts)
         except (RuntimeError, OSError, GratingError) as error:  # of Blender's operators, files, names in the plan
-            failure = " ".join(str(error).split()).removeprefix("Error: ")
+            failure = fault_of(error)
             log("failed", picture=picture["name"], attempt=attempt, fault=failure)
         else:
             log("rendered", picture=picture["name"], attempt=attempt, seconds=round(time.monotonic() - start, 3))
@@ -145,8 +145,9 @@ def open_scene(path: Path) -> str:
         digest = sha256_of(path)
         bpy.ops.wm.open_mainfile(filepath=str(path), load_ui=False)
     except (OSError, RuntimeError) as error:
-        told = " ".join(str(error).split()).removeprefix("Error: ")
-        raise GratingError(path, f"cannot be opened ({told})", "run the job's earlier steps again") from error
+        raise GratingError(
+            path, f"cannot be opened ({fault_of(error)})", "run the job's earlier steps again"
+        ) from error
     if bpy.context.scene.camera is None and not any(thing.type == "CAMERA" for thing in bpy.data.objects):
         raise GratingError(path, "it has no camera", "add one to the scene")
     return digest

@@ -18,7 +18,7 @@ from ...precompute.base.failure import GratingError
 from ...precompute.base.files import told_of, write_whole
 from ...precompute.base.progress import Progress, silent
 from ...precompute.mesh.mesh_files import read_combed, write_mesh
-from ..blender.written import check_picture
+from ..blender.written import check_picture, fault_of, written_by_blender
 from ..direction import combed_mesh, lines
 from ..direction.tangent_frame import baking_material, new_map, note_mesh
 from ..direction.uv_maps import has_comb, has_uv_map, rendering_map
@@ -195,8 +195,8 @@ def bake_direction_map(
             write_map(image, path)
     except RuntimeError as error:  # from Blender's own operators
         bpy.data.images.remove(image)
-        told = " ".join(str(error).split()).removeprefix("Error: ")
-        raise GratingError(mesh.name, f"Cycles cannot bake its direction map ({told})", "enable Cycles") from error
+        fault = f"Cycles cannot bake its direction map ({fault_of(error)})"
+        raise GratingError(mesh.name, fault, "enable Cycles") from error
     except BaseException:
         bpy.data.images.remove(image)
         raise
@@ -206,10 +206,11 @@ def bake_direction_map(
 
 
 def write_map(image: bpy.types.Image, path: Path) -> None:
-    """Write a picture to a file of its own kind, whole or not at all. Raises GratingError or RuntimeError."""
+    """Write a picture to a file of its own kind, whole or not at all. Raises GratingError."""
 
     def write(partial: Path) -> None:
-        image.save(filepath=str(partial), save_copy=True)
+        with written_by_blender():
+            image.save(filepath=str(partial), save_copy=True)
         check_picture(partial, (image.size[0], image.size[1]), alpha=image.depth == 128)
 
     with told_of(path):
