@@ -70,11 +70,12 @@ def extension_is_installed() -> bool:
     return Path(bpy.utils.user_resource("EXTENSIONS"), "user_default", "natural_gratings").exists()
 
 
-def enable(module: str) -> None:
-    """Enable an add-on, or print that it cannot be enabled."""
+def enable(module: str, *, is_preferred: bool = False) -> None:
+    """Enable an add-on, or print that it cannot be enabled. `is_preferred`: as one that the preferences name, among
+    which exporters look for hooks."""
     import addon_utils  # importable only after bpy
 
-    if addon_utils.enable(module) is None:
+    if addon_utils.enable(module, default_set=is_preferred) is None:
         print(f"Error: add-on {module} cannot be enabled", file=sys.stderr)
 
 
@@ -282,7 +283,7 @@ def main(arguments: list[str]) -> None:
     show_hidden_packages()
     record_commands()
     if "--factory-startup" not in own and extension_is_installed():
-        enable(EXTENSION)
+        enable(EXTENSION, is_preferred=True)
     carry_out(arguments)
 
 

@@ -8,6 +8,7 @@ import bpy
 
 from ..blender import stored
 from ..blender.guard import guarded
+from ..blender.session import has_window
 from .material import diffraction_nodes
 
 # The custom property of a Diffraction node that an export has muted.
@@ -31,8 +32,10 @@ class GltfExport:
     def pre_export_hook(self, export_settings: dict[str, Any]) -> None:
         for node in (node for each in bpy.data.materials for node in diffraction_nodes(each) if not node.mute):
             node.mute = node[_MUTED] = True
-        # If the export fails, no later hook is called. In background no timer is, but handlers.py shows them again.
-        bpy.app.timers.register(show_again)
+        # If the export fails, no later hook is called. In background no timer runs, but handlers.py shows them again;
+        # and as a module, Blender 4.5 with a timer that waits does not end.
+        if has_window():
+            bpy.app.timers.register(show_again)
 
     def gather_material_hook(self, written: Any, material: bpy.types.Material, export_settings: dict[str, Any]) -> None:
         if any(stored.flag(node, _MUTED) for node in diffraction_nodes(material)):
