@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Driven custom properties of the scene or an object (lamp_properties.py says which). Unchanged drivers are kept: a
+"""Driven custom properties of the scene or an object (lamp_drivers.py says which). Unchanged drivers are kept: a
 write re-evaluates the scene."""
 
 import re

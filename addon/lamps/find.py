@@ -206,7 +206,7 @@ def _squared_distances(places: np.ndarray, boxes: np.ndarray) -> np.ndarray:
 
 
 def _power(light: bpy.types.Light, x_scale: float, y_scale: float) -> float:
-    """The luminance of `power` (lamp_properties.py): a sun's irradiance, W/m2, or another lamp's radiant intensity,
+    """The luminance of `power` (lamp_drivers.py): a sun's irradiance, W/m2, or another lamp's radiant intensity,
     W/sr; its absolute value for lamps of negative strength."""
     red, green, blue = light.color
     if light.use_temperature:
@@ -217,7 +217,7 @@ def _power(light: bpy.types.Light, x_scale: float, y_scale: float) -> float:
 
 
 def _per_watt(light: bpy.types.Light, x_scale: float, y_scale: float) -> float:
-    """The factor from a lamp's strength to `power`, as a number; lamp_properties.py has the same formula as an
+    """The factor from a lamp's strength to `power`, as a number; lamp_drivers.py has the same formula as an
     expression."""
     if light.type == "SUN":
         return 1.0 if light.normalize else math.pi * math.sin(min(light.angle, math.pi) / 2) ** 2

@@ -13,7 +13,7 @@ from ..blender import stored
 from ..nodes.builder import Tree, Value
 from .drivers import Drivers
 from .find import LAMPS_MAX, LEFT_OUT_MAX, LitBoxes, brightest, lamps_left_out
-from .lamp_properties import ON, PROPERTIES, SPECTRUM, drive_properties, property_name
+from .lamp_drivers import ON, PROPERTIES, SPECTRUM, drive_properties, property_name
 from .rendered_lamps import note_shown
 
 # The indices of the lamps that light diffraction, and of lamps that the artist leaves out.

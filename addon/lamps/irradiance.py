@@ -9,7 +9,7 @@ import numpy as np
 from ..blender import stored
 from .find import LUMINANCE
 from .follow import followed_lamps, has_lost_lamps, is_unlinked, lamp_count
-from .lamp_properties import PROPERTIES, property_name
+from .lamp_drivers import PROPERTIES, property_name
 from .light_rig import is_card
 from .sky import source_count, source_name
 
@@ -59,7 +59,7 @@ def sources_sent(scene: bpy.types.Scene, places: np.ndarray) -> list[Sent]:
 
 
 def _from_lamp(packed: np.ndarray, places: np.ndarray) -> Sent:
-    """The light from a lamp with the properties (4, 4) of lamp_properties.py."""
+    """The light from a lamp with the properties (4, 4) of lamp_drivers.py."""
     (place, power, z, x), (disc, scales, rim_outer, rim_inner) = packed[:, :3], packed[:, 3]
     is_sun = disc <= -0.5
     away = np.broadcast_to(place, places.shape) if is_sun else place - places

@@ -15,7 +15,7 @@ The Lamp group has these outputs:
     sun:      wi = place,               E = power
     others:   wi = (place - P) / d,     E = power cone(wi) / d^2
 
-P is the shaded point. The inputs are the scene's four properties of the lamp (lamp_properties.py). One group serves
+P is the shaded point. The inputs are the scene's four properties of the lamp (lamp_drivers.py). One group serves
 lamps of all kinds: a material need not change when a lamp changes its kind, and more lamps need no new data-block,
 which Blender's undo would lose if no undo step created it.
 
@@ -33,7 +33,7 @@ import bpy
 from ..nodes.builder import Operand, Tree, Value, shared_group
 from ..nodes.interface import Socket
 from .follow import read_unlinked
-from .lamp_properties import PROPERTIES, SPECTRUM, PackedLamp, property_name, unpack
+from .lamp_drivers import PROPERTIES, SPECTRUM, PackedLamp, property_name, unpack
 
 
 def read_property(tree: Tree, name: str) -> tuple[Value, Value]:
@@ -150,7 +150,7 @@ def group_of_lamp(tree: Tree, group: bpy.types.NodeTree, index: int) -> dict[str
 
 
 def light_of_object(tree: Tree, *, coloured: bool) -> Light:
-    """Add nodes for the lamp whose properties the object itself holds, as its lamp 0 (lamp_properties.py). `coloured`:
+    """Add nodes for the lamp whose properties the object itself holds, as its lamp 0 (lamp_drivers.py). `coloured`:
     it may be of another spectrum than white."""
     packed = [value for what in PROPERTIES for value in tree.attribute(property_name(0, what), "OBJECT")]
     light = light_from(tree, packed, label="Lamp")
@@ -162,7 +162,7 @@ def light_of_object(tree: Tree, *, coloured: bool) -> Light:
 
 
 def light_from(tree: Tree, packed: Sequence[Operand], *, label: str) -> Light:
-    """Add nodes for a packed lamp (lamp_properties.py): the vector and the fourth number of each property."""
+    """Add nodes for a packed lamp (lamp_drivers.py): the vector and the fourth number of each property."""
     given = {socket.name: value for socket, value in zip(LAMP_INPUTS, packed, strict=True)}
     outputs = tree.group(lamp_group(), given, label=label)
     return Light(*(outputs[socket.name] for socket in LAMP_OUTPUTS))

@@ -245,7 +245,7 @@ def add_sky_sun(scene: bpy.types.Scene, sky: bpy.types.ShaderNodeTexSky, source:
     data = bpy.data.lights.new(_SKY_SUN_NAME, "SUN")
     data.energy = max(float(source.irradiance.max()), 0.0)
     data.color = np.clip(source.irradiance / max(data.energy, 1e-30), 0, 1).tolist()
-    # The disc of even brightness that has the source's variance (lamp_properties.py).
+    # The disc of even brightness that has the source's variance (lamp_drivers.py).
     data.angle = 2 * math.asin(min(2 * math.sqrt(source.variance), 1.0))
     sun = bpy.data.objects.new(_SKY_SUN_NAME, data)
     sun[_SKY_SUN] = True

@@ -13,7 +13,7 @@ by the lamp's own nodes. A lamp without *Normalize* and with the strength pi has
 because Blender divides the strength by pi. The lamp shines along its own -Z, which is the normal N of the patch; its X
 axis is the direction T of the scan's x axis. It is dark behind the patch.
 
-The lamp's object holds four properties of the lamp that lights the patch (lamps/lamp_properties.py). Drivers write
+The lamp's object holds four properties of the lamp that lights the patch (lamps/lamp_drivers.py). Drivers write
 them, so the Diffraction Lamp follows that lamp without this extension."""
 
 import math
@@ -24,8 +24,8 @@ import bpy
 from ..blender import compat
 from ..lamps.drivers import Drivers
 from ..lamps.find import DIFFRACTION_LAMP
+from ..lamps.lamp_drivers import drive_properties
 from ..lamps.lamp_group import light_of_object
-from ..lamps.lamp_properties import drive_properties
 from ..lamps.lamp_spectrum import is_coloured
 from ..nodes.builder import Tree
 from ..nodes.interface import Socket, arrange

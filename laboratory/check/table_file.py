@@ -29,7 +29,7 @@ from typing import Any
 
 import numpy as np
 
-from precompute.base.exr import Picture, open_picture
+from precompute.base.exr_reader import Picture, open_picture
 from precompute.base.failure import GratingError
 from precompute.base.strict import parse_json
 from precompute.colour.channels import channel_count

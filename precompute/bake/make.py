@@ -16,7 +16,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ..base.exr import TEXELS_MAX
+from ..base.exr_reader import TEXELS_MAX
 from ..base.failure import GratingError, Setting
 from ..base.progress import Progress, forwards, silent, span_of
 from ..colour.channels import channel_count

@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base import exr
+from ..base import exr_reader
 from ..base.failure import GratingError, Setting
 from ..base.progress import Progress, silent
 from ..spectra.spectrum import PatchWindow
@@ -87,10 +87,10 @@ def pack(method: Method) -> tuple[np.ndarray, Layout]:
         step_m=method.settings.step_m,
         illuminant=method.settings.illuminant,
     )
-    if layout.height * layout.width > exr.TEXELS_MAX:
+    if layout.height * layout.width > exr_reader.TEXELS_MAX:
         raise GratingError(
             "",
-            f"{terms} terms of {columns} x {rows} texels are more than {exr.TEXELS_MAX >> 20} Mi",
+            f"{terms} terms of {columns} x {rows} texels are more than {exr_reader.TEXELS_MAX >> 20} Mi",
             ("lower ", Setting.TERMS, ", or crop the scan"),
         )
     image = np.zeros((layout.height, layout.width, 3), np.float32)

@@ -8,7 +8,7 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..base.exr import Picture, open_picture
+from ..base.exr_reader import Picture, open_picture
 from ..colour.illuminants import ILLUMINANTS
 from ..table import atlas
 

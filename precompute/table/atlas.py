@@ -35,7 +35,7 @@ from typing import Any, ClassVar, Protocol, TypeVar
 import numpy as np
 
 from ..base import files
-from ..base.exr import Picture, open_picture
+from ..base.exr_reader import Picture, open_picture
 from ..base.failure import GratingError
 from ..base.machine import bundled
 from ..base.strict import LARGEST_BYTES, parse_json

@@ -53,7 +53,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.exr import Picture, open_picture
+from ..base.exr_reader import Picture, open_picture
 from ..colour.observer import S_MAX
 from ..optics.coherence import REFERENCE_WAVELENGTH_M
 from . import atlas

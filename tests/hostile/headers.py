@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from precompute.base.exr import TEXELS_MAX, open_picture
+from precompute.base.exr_reader import TEXELS_MAX, open_picture
 from precompute.methods.dft_layout import read_sound_layout
 from precompute.table import sample_set
 from precompute.table.atlas import HEADER_KEY, read_sound_header

@@ -9,7 +9,7 @@ import pytest
 
 from precompute.bake.ensemble import bake
 from precompute.bake.request import BakeRequest
-from precompute.measure.light_directions import colour_of
+from precompute.measure.best_lamp_directions import colour_of
 from precompute.reflectance.matter import parse
 from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import prepare

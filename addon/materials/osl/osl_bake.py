@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ....precompute.base.exr import open_picture
+from ....precompute.base.exr_reader import open_picture
 from ....precompute.optics.brdf import IOR_MAX
 from ....precompute.optics.mirror_image import EDGE, ENDS, LEAST_Q, LEAST_VARIANCE
 from ....precompute.table.atlas import STRIP_ROWS, Layout

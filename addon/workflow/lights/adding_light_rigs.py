@@ -10,7 +10,7 @@ import numpy as np
 from mathutils import Matrix, Vector
 
 from ....precompute.base.failure import GratingError
-from ....precompute.measure.light_directions import (
+from ....precompute.measure.best_lamp_directions import (
     Lamp,
     Preference,
     Radiance,
@@ -74,7 +74,7 @@ _GOLDEN = (math.sqrt(5) - 1) / 2
 _NO_END = 1e6
 
 
-# What a search for directions needs (light_directions.py).
+# What a search for directions needs (best_lamp_directions.py).
 _Search = tuple[list[Seen], Lamp, Preference]
 
 

@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
-from ....precompute.measure.light_directions import Preference
+from ....precompute.measure.best_lamp_directions import Preference
 from ...gratings.grating import LAMPS_ONLY, Grating
 from ...lamps.find import lamps_of
 from ...lamps.light_rig import RigLamp, is_of_rig

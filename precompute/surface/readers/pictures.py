@@ -28,7 +28,7 @@ from typing import TYPE_CHECKING, BinaryIO, cast
 
 import numpy as np
 
-from ...base.exr import attributes, unpacked
+from ...base.exr_reader import attributes, unpacked
 from ...base.failure import GratingError
 from ...base.machine import bundled, refuse_beyond_memory
 from ..height_map import HeightMap

@@ -142,7 +142,7 @@ def test_strength_is_the_power_that_drivers_give_over_the_squared_distance(addon
         lamp.scale = (2.0, 0.5, 1.5)
         addon.lighting.update_lamps(lit)
         bpy.context.view_layer.update()
-        power = np.array(lit[addon.lamp_properties.property_name(0, "power")])[:3] @ LUMINANCE
+        power = np.array(lit[addon.lamp_drivers.property_name(0, "power")])[:3] @ LUMINANCE
         strength = addon.find.irradiances([lamp], addon.lighting.lit_boxes(lit))
         # Blender's properties have single precision: seven digits.
         np.testing.assert_allclose(strength, power / (1 if kind == "SUN" else 9), rtol=1e-6, err_msg=kind)

@@ -26,7 +26,7 @@ def properties(scene) -> list[str]:
 
 def read(addon, scene, what, index=0) -> np.ndarray:
     bpy.context.view_layer.update()
-    return np.array(scene[addon.lamp_properties.property_name(index, what)])
+    return np.array(scene[addon.lamp_drivers.property_name(index, what)])
 
 
 @pytest.fixture
@@ -281,8 +281,8 @@ def test_nodes_hold_what_the_scene_notes(addon, scene, material):
     assert source() == pytest.approx([0, 0.6, 0.8, -1.5])
     bpy.data.objects["Sun"].rotation_euler = (math.pi / 2, 0, 0)
     assert lamp("place")[:3] == pytest.approx([0, -1, 0], abs=1e-6)
-    for what in addon.lamp_properties.PROPERTIES:
-        assert lamp(what) == pytest.approx(list(scene[addon.lamp_properties.property_name(0, what)]))
+    for what in addon.lamp_drivers.PROPERTIES:
+        assert lamp(what) == pytest.approx(list(scene[addon.lamp_drivers.property_name(0, what)]))
 
 
 def test_a_group_that_is_filled_again_keeps_no_driver_of_a_node_that_went(addon, scene, material):

@@ -9,7 +9,7 @@ import numpy as np
 import OpenEXR
 import pytest
 
-from precompute.base.exr import open_picture
+from precompute.base.exr_reader import open_picture
 from precompute.methods import dft_images
 from precompute.methods.flss import build
 from precompute.surface.relief import prepare

@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 import pytest
 
-from precompute.base.exr import open_picture
+from precompute.base.exr_reader import open_picture
 from precompute.table.atlas import read_header
 
 

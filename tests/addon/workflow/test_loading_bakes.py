@@ -11,7 +11,7 @@ import pytest
 
 from precompute.bake.make import bake_to_folder
 from precompute.bake.request import request_from
-from precompute.base.exr import open_picture
+from precompute.base.exr_reader import open_picture
 from precompute.measure.errors import stated_errors
 from precompute.table.atlas import HEADER_KEY, read_header
 from precompute.table.sample_set import path_beside

@@ -7,8 +7,8 @@ import numpy as np
 import OpenEXR
 import pytest
 
-from precompute.base import exr
-from precompute.base.exr import open_picture
+from precompute.base import exr_reader
+from precompute.base.exr_reader import open_picture
 from precompute.base.failure import GratingError
 from precompute.cli import parser
 from precompute.methods import dft_images
@@ -150,7 +150,7 @@ def test_an_image_that_is_no_number_is_refused(tmp_path):
 
 
 def test_no_more_texels_are_written_than_are_read(monkeypatch):
-    monkeypatch.setattr(exr, "TEXELS_MAX", 1000)
+    monkeypatch.setattr(exr_reader, "TEXELS_MAX", 1000)
     with pytest.raises(GratingError, match="lower --terms, or crop the scan"):
         pack(METHODS["flss"](RELIEF, SETTINGS))
 

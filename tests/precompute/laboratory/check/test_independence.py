@@ -8,7 +8,7 @@ OF_THE_BAKE = {"maths", "spectra", "table", "reference", "bake"}
 # Everything that `check` shares with the bake: failures, memory and progress, the surface, directions, the observer,
 # the error metrics, the reflectance of matters, the mapping of colours into a renderer's space.
 SHARED = {
-    "base/exr.py", "base/failure.py", "base/files.py", "base/job.py", "base/locks.py", "base/machine.py",
+    "base/exr_reader.py", "base/failure.py", "base/files.py", "base/job.py", "base/locks.py", "base/machine.py",
     "base/progress.py", "base/strict.py", "colour/channels.py", "colour/illuminants.py", "colour/observer.py",
     "colour/spaces.py", "measure/errors.py", "measure/shown_colours.py", "optics/brdf.py", "optics/plate.py",
     "optics/region.py", "reflectance/films.py", "reflectance/matter.py", "surface/height_map.py",

@@ -8,8 +8,8 @@ import numpy as np
 import OpenEXR
 import pytest
 
-from precompute.base import exr
-from precompute.base.exr import open_picture
+from precompute.base import exr_reader
+from precompute.base.exr_reader import open_picture
 from precompute.base.failure import GratingError
 
 
@@ -157,4 +157,4 @@ def test_what_is_no_file_is_refused(tmp_path):
 def test_the_largest_picture_is_that_of_the_largest_bake():
     from precompute.bake.make import ATLAS_BYTES_MAX
 
-    assert exr.TEXELS_MAX * 16 == ATLAS_BYTES_MAX
+    assert exr_reader.TEXELS_MAX * 16 == ATLAS_BYTES_MAX

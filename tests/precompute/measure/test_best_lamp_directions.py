@@ -11,7 +11,7 @@ import pytest
 from precompute.bake.ensemble import bake
 from precompute.bake.needs import Needs
 from precompute.bake.request import BakeRequest
-from precompute.measure.light_directions import (
+from precompute.measure.best_lamp_directions import (
     AZIMUTH_APART,
     CANDIDATES,
     Lamp,
