@@ -21,7 +21,7 @@ from ..gratings.wording import in_one_line
 from ..workflow.baking import bake_and_wait, finished_bake, measure_needs, no_smaller, record_bake, request_with
 from ..workflow.importing import add_averaged, add_grating
 from ..workflow.presets import add_preset
-from .chosen import add_grating_option, add_save, chosen_grating, save
+from .shared_options import add_grating_option, add_save, chosen_grating, save
 
 _FRAME = count(-(1 << 20), 1 << 20)
 

@@ -15,8 +15,17 @@ from ..operators.direction import XATLAS, BakeDirectionMap, ChooseDirection, Unw
 from ..workflow.combing import bake_direction_map, comb_and_wait
 from ..workflow.directing import choose_frame
 from ..workflow.unwrapping import unwrap_and_wait, unwrap_by_blender
-from .chosen import add_gratings, add_objects, add_save, chosen_gratings, chosen_meshes, chosen_objects, finish, save
 from .operator_options import add_properties, add_property, values
+from .shared_options import (
+    add_gratings,
+    add_objects,
+    add_save,
+    chosen_gratings,
+    chosen_meshes,
+    chosen_objects,
+    finish,
+    save,
+)
 
 # The word for each source on the command line. "frame" is an animation's frame to an artist.
 _WORDS = {name: "direction-map" if name == FRAME_MAP else name.lower().replace("_", "-") for name, _, _ in KINDS}

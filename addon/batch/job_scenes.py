@@ -31,7 +31,7 @@ from ..workflow.baking import bake_and_wait, measure_needs
 from ..workflow.importing import add_averaged
 from ..workflow.making_materials import refresh_group
 from ..workflow.presets import add_preset, show_preset
-from .chosen import chosen_objects, set_inputs, setting
+from .shared_options import chosen_objects, set_inputs, setting
 
 _MANIFEST = Path(__file__).resolve().parents[2] / "blender_manifest.toml"
 

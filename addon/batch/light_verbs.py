@@ -13,8 +13,8 @@ from ..workflow.lights.adding_diffraction_lamps import add_diffraction_lamp, sho
 from ..workflow.lights.adding_light_rigs import Rig, add_light_rig, carriers
 from ..workflow.lights.lighting import keep_lamp
 from ..workflow.making_materials import choose_lights
-from .chosen import add_gratings, add_objects, add_save, chosen_gratings, chosen_meshes, finish
 from .operator_options import add_properties, add_property, values
+from .shared_options import add_gratings, add_objects, add_save, chosen_gratings, chosen_meshes, finish
 
 _ANYWHERE = number(-1e6, 1e6)
 

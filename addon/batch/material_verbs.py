@@ -21,8 +21,8 @@ from ..workflow.lights.lighting import warnings_about
 from ..workflow.loading_bakes import bake_file, index_of
 from ..workflow.making_materials import refresh_group, vary
 from ..workflow.varying_inputs import Hologram, add_hologram
-from .chosen import add_objects, add_save, chosen_meshes, chosen_objects, finish, set_inputs, setting
 from .operator_options import add_properties, add_property, values
+from .shared_options import add_objects, add_save, chosen_meshes, chosen_objects, finish, set_inputs, setting
 
 _OTHERS_MAX = 2
 

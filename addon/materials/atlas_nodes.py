@@ -19,8 +19,8 @@ import numpy as np
 from ...precompute.colour.channels import channel_count, lamp_table, lamps_of_table
 from ...precompute.optics.brdf import IOR_MAX
 from ...precompute.table.atlas import STRIP_ROWS, Layout
+from ...precompute.table.blur_levels import COLUMNS_BESIDE, TILE_PADDING
 from ...precompute.table.plate_gains import disc_texel
-from ...precompute.table.table import COLUMNS_BESIDE, TILE_PADDING
 from ..blender import stored
 from ..blender.working_space import working_space
 from ..lamps.lamp_spectrum import FURTHER_MAX, further_spectra
@@ -138,7 +138,7 @@ class AtlasTable:
         return tree.maximum(tree.value(node.outputs["Color"]), _LIKELY_LEAST)
 
     def _at(self, level: Value, shrink: Value, *, may_be_first: bool = False) -> Place:
-        """The image position of the first term at a blur level, by the rule in precompute/table/table.py. `shrink`:
+        """The image position of the first term at a blur level, by the rule in table/blur_levels.py. `shrink`:
         the level's texels along an axis over level 0's. On level 0 the rule gives at most 0, where it begins."""
         tree, cell = self.tree, self.layout.cell
         along = level.times_plus(

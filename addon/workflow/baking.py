@@ -28,7 +28,7 @@ from ...precompute.presets.presets import Preset, draft_request, shipped_draft
 from ...precompute.surface.height_map import is_synthetic
 from ...precompute.surface.steps.pipeline import WARNING
 from ...precompute.table.atlas import Layout, read_header
-from ...precompute.table.table import BYTES_PER_TEXEL
+from ...precompute.table.blur_levels import BYTES_PER_TEXEL
 from ..blender.guard import own_path
 from ..blender.working_space import working_space
 from ..cameras.camera_look import Look, answers_to_everything, frames_between, is_animated, look, moves, unknown_inputs

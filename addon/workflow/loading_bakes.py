@@ -15,9 +15,9 @@ from ...precompute.surface.generated.parameters import title_of_stem
 from ...precompute.surface.height_map import is_synthetic
 from ...precompute.surface.quality import Description
 from ...precompute.table.atlas import read_sound_header
+from ...precompute.table.blur_levels import BYTES_PER_TEXEL
 from ...precompute.table.sample_set import path_beside
 from ...precompute.table.sample_set import read_header as read_sample_set_header
-from ...precompute.table.table import BYTES_PER_TEXEL
 from ..blender.guard import absolute, kept_path
 from ..gratings.grating import Grating, unused_name
 from ..gratings.wording import in_one_line

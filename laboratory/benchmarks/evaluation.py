@@ -32,7 +32,7 @@ from ..study.colour_comparison import compare_bake
 from ..study.response import WINDOW, FirstOrder, first_order_plane, response
 from ..study.traits import DEFAULT_METHODS
 from . import evaluation_page, report
-from .evaluation_maps import PIXELS, Map, as_the_thesis_cuts, flss_about_mean, groups, height_maps, reliefs
+from .evaluation_maps import PIXELS, Map, agreements, as_the_thesis_cuts, flss_about_mean, groups, height_maps, reliefs
 
 THETA_I = np.radians(75)
 # The thesis's own periods of the skins.
@@ -222,7 +222,7 @@ def main(argv: list[str] | None = None) -> None:
             "xenopeltis": patch_spread(evaluation.turned(surfaces["xenopeltis"], 90), THESIS_PERIODS_M["xenopeltis"]),
         },
         terms=terms.table(),
-        agreements=evaluation_page.agreements(wanted, images, arguments.shared),
+        agreements=agreements(wanted, images, arguments.shared),
     )
     terms.plot(images / "terms.png")
     save_small(Image.open(images / "terms.png"), images / "terms.png")

@@ -24,8 +24,9 @@ from ..optics.region import FARTHEST, W_MAX
 from ..reflectance.matter import reflectance_at
 from ..spectra.series import KERNEL_REACH, Resampler, SpectrumSeries, fast_series
 from ..surface.relief import Relief
+from ..table.blur_levels import BYTES_PER_TEXEL
 from ..table.sample_set import SampleSet
-from ..table.table import BYTES_PER_TEXEL, ZERO_ORDER_SAMPLES, Table
+from ..table.table import ZERO_ORDER_SAMPLES, Table
 from .largest_albedo import largest_albedo
 from .levels_and_basis import narrower, with_levels
 from .plan import (

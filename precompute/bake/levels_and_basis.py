@@ -31,7 +31,8 @@ from ..maths.bspline import banded_sums
 from ..measure.errors import Errors, Pairs, Truth, cosine_weighted, measure, pair_about
 from ..optics.plate import least_cosine
 from ..optics.region import FARTHEST
-from ..table.table import SPACINGS, TILE_PADDING, Cell, Table, cell_for
+from ..table.blur_levels import SPACINGS, TILE_PADDING, Cell, cell_for
+from ..table.table import Table
 
 _Mode = Literal["constant", "edge"]
 # The interpolation is a sinc under a Gaussian of this standard deviation, in samples. It is cut off at four standard

@@ -29,8 +29,9 @@ from ..surface.relief import Relief, relief_of
 from ..surface.steps.pipeline import WARNING, level
 from ..table import atlas, sample_set
 from ..table.atlas import AnyLayout, check_can_write, write_together
+from ..table.blur_levels import BYTES_PER_TEXEL
 from ..table.sample_set import SampleSet, path_beside
-from ..table.table import BYTES_PER_TEXEL, Table
+from ..table.table import Table
 from . import ensemble, patch
 from .levels_and_basis import comparison, with_learnt_basis, with_levels
 from .plan import Plan, blender_bytes, extent

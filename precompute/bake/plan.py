@@ -33,9 +33,9 @@ from ..optics.region import Region
 from ..reflectance.matter import DIELECTRIC, Matter, reflectance_at
 from ..spectra.series import KERNEL_REACH, SpectrumSeries, Work
 from ..surface.relief import SMALLER, Relief
-from ..table import table
 from ..table.atlas import LARGEST_STORED, STRIP_ROWS, Layout
-from ..table.table import BYTES_PER_TEXEL, TILE_PADDING, ZERO_ORDER_SAMPLES, cell_for, grid, held_region
+from ..table.blur_levels import BYTES_PER_TEXEL, TILE_PADDING, cell_for, grid
+from ..table.table import ZERO_ORDER_SAMPLES, held_region
 from .needs import Needs
 from .request import BakeRequest
 
@@ -110,9 +110,9 @@ def blender_bytes(terms: int, tile: tuple[int, int], sigma_b: float, *, triples:
     """Bytes of a table's atlas in Blender. `tile` is rows and columns of a tile of blur level 0, `triples` the number
     of channels over 3."""
     inner_rows, inner_columns = (n - 2 * TILE_PADDING for n in tile)
-    rows, columns = table.cell_for(terms * triples, (inner_rows, inner_columns), sigma_b).size
+    rows, columns = cell_for(terms * triples, (inner_rows, inner_columns), sigma_b).size
     width_min = ZERO_ORDER_SAMPLES + 1
-    down, across = table.grid(terms * triples, (rows, columns), width_min=width_min)
+    down, across = grid(terms * triples, (rows, columns), width_min=width_min)
     height = down * rows + STRIP_ROWS * triples
     return BYTES_PER_TEXEL * height * max(across * columns, width_min)
 

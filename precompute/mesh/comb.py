@@ -9,10 +9,10 @@ import numpy as np
 from ..base.failure import GratingError
 from ..base.progress import Progress, silent, span_of
 from . import guide
-from .direction_field import guided_field, smoothest_field
+from .direction_field import guided_field, singular_triangles, smoothest_field
 from .guide import head_to_tail
 from .layout import Polygons, corner_directions, lay, uv_directions
-from .surface import FARTHEST_M, Surface, singular_triangles, surface_of
+from .surface import FARTHEST_M, Surface, surface_of
 
 # The guides of a comb, and the array that each needs: a direction (3,), UV (corners, 2), or segments (k, 2, 3). "copy"
 # takes U's direction unchanged, with all its turns.

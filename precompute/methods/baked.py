@@ -10,7 +10,8 @@ from ..bake.request import BakeRequest
 from ..base.failure import GratingError
 from ..surface.relief import Relief
 from ..table import atlas
-from ..table.table import BYTES_PER_TEXEL, Table
+from ..table.blur_levels import BYTES_PER_TEXEL
+from ..table.table import Table
 from .method import Coherence, Method, MethodEntry, Settings
 
 

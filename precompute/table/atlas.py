@@ -46,8 +46,7 @@ from ..optics.plate import NO_PLATE, PLATE_IOR_MAX
 from ..optics.region import FARTHEST, Region
 from ..reflectance.matter import DIELECTRIC, MIRROR, Matter
 from ..reflectance.matter import parse as parse_matter
-from .plate_gains import GAIN_TEXELS, PlateGains
-from .table import (
+from .blur_levels import (
     COARSER_MAX,
     LEVELS_MAX,
     PICTURE_SIDE_MAX,
@@ -56,10 +55,10 @@ from .table import (
     TILE_PADDING,
     Cell,
     Spacing,
-    Table,
     grid,
-    past_end,
 )
+from .plate_gains import GAIN_TEXELS, PlateGains
+from .table import Table, past_end
 
 # Rows of the picture that repeat the curve Z(w): a cubic reading at their centre uses only these rows.
 STRIP_ROWS = 4

@@ -18,7 +18,7 @@ from precompute.base.exr_reader import TEXELS_MAX, open_picture
 from precompute.methods.dft_layout import read_sound_layout
 from precompute.table import sample_set
 from precompute.table.atlas import HEADER_KEY, read_sound_header
-from precompute.table.table import TERMS_MAX
+from precompute.table.blur_levels import TERMS_MAX
 
 from .mutations import mutated
 from .runner import Case, read_written, run_verb

@@ -14,8 +14,8 @@ from ....precompute.base.exr_reader import open_picture
 from ....precompute.optics.brdf import IOR_MAX
 from ....precompute.optics.mirror_image import EDGE, ENDS, LEAST_Q, LEAST_VARIANCE
 from ....precompute.table.atlas import STRIP_ROWS, Layout
+from ....precompute.table.blur_levels import TILE_PADDING
 from ....precompute.table.plate_gains import disc_texel
-from ....precompute.table.table import TILE_PADDING
 from ..response import QUESTION, Response
 from .script import colours, file_name, joined, script_group
 

@@ -12,7 +12,8 @@ from ....precompute.base.failure import GratingError
 from ....precompute.base.progress import Progress, silent
 from ...lamps.sky import SOURCES_MAX, hold_frames
 from ...materials.skin import show_lamps
-from ...worlds.world_probe import Fit, Probe, fingerprint
+from ...worlds.world_changes import fingerprint
+from ...worlds.world_probe import Fit, Probe
 from .fitting_worlds import world_is_animated
 
 # More keys make Blender slow, and their fits take days.

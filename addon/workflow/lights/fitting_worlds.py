@@ -111,7 +111,7 @@ def forget_unread_sources() -> None:
 
 def _frames_fit(scene: bpy.types.Scene) -> bool:
     """Whether the scene's world is animated as when its frames were fitted, as far as the present frame shows."""
-    from ...worlds.world_probe import fingerprint
+    from ...worlds.world_changes import fingerprint
 
     if not (fitted_frames(scene) and world_is_animated(scene)):
         return False
@@ -139,7 +139,7 @@ def unfitted_world(scene: bpy.types.Scene) -> list[str]:
 def world_is_animated(scene: bpy.types.Scene) -> bool:
     """Whether the scene's world has bright parts that may change from frame to frame."""
     from ...worlds.second_blender import is_even
-    from ...worlds.world_probe import is_animated
+    from ...worlds.world_changes import is_animated
 
     return scene.world is not None and not is_even(scene.world) and is_animated(scene.world)
 
@@ -254,7 +254,7 @@ def _known_world(scene: bpy.types.Scene) -> _Known:
 def _found_world(scene: bpy.types.Scene) -> _Known:
     """Find the facts about the scene's world, and cache them."""
     from ...worlds.second_blender import is_even
-    from ...worlds.world_probe import fingerprint, is_animated
+    from ...worlds.world_changes import fingerprint, is_animated
 
     world, text = scene.world, ""
     followed: set[bpy.types.ID] = set()

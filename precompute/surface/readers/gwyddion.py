@@ -34,10 +34,9 @@ from .scan_file import (
     decoded,
     in_base_units,
     in_metres,
-    read_text,
-    rows_of,
     unit_over,
 )
+from .text_tables import read_text, rows_of
 
 _BEGINNING = b"GWYP"
 # By type letter: formats of single values, and sizes of one item of an array.

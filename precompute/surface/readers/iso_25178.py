@@ -24,12 +24,10 @@ from .scan_file import (
     KnownFault,
     ScanReader,
     StoredMap,
-    archive_fault,
-    first_member,
-    numbers_of,
     read_exactly,
-    read_text,
 )
+from .text_tables import numbers_of, read_text
+from .unread_formats import archive_fault, first_member
 
 _TEXT, _BINARY = (b"aISO-1.0", b"aBCR-1.0"), (b"bISO-1.0", b"bBCR-1.0")
 _HEAD = struct.Struct("<8s10s12s12s2H4d3B")

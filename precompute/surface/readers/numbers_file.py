@@ -12,8 +12,16 @@ import numpy as np
 
 from ...base.failure import GratingError
 from ..height_map import HeightMap
-from .given_size import METRE_NM, given_height, given_width
-from .scan_file import DAMAGE, Channel, KnownFault, refuse_too_large, shortened
+from .scan_file import (
+    DAMAGE,
+    METRE_NM,
+    Channel,
+    KnownFault,
+    given_height,
+    given_width,
+    refuse_too_large,
+    shortened,
+)  # fmt: skip
 
 _FAULT = "its numbers have no unit"
 # Takes (rows, cols), and raises GratingError if this map is too large.

@@ -25,9 +25,11 @@ from .nanonis import NANONIS
 from .nanoscope import NANOSCOPE
 from .nid import NANOSURF
 from .ntmdt import NT_MDT
-from .pictures import BMP, EXR, MATRIX, NPY, PNG, TIFF, XYZ
-from .scan_file import BEGINNING_BYTES, CONVERT, Reader, known_fault, other_way
+from .pictures import BMP, EXR, NPY, PNG, TIFF
+from .scan_file import BEGINNING_BYTES, CONVERT, Reader, other_way
+from .text_tables import MATRIX, XYZ
 from .tiff_scans import JPK, PARK
+from .unread_formats import known_fault
 from .wsxm import WSXM
 
 # The first reader that recognises a file reads it: instrument TIFFs before pictures, headed texts before bare numbers.

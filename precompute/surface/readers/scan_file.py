@@ -1,23 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What all readers of files share: their protocol, the choice of channel, units, numbers as text, and refusals.
+"""What all readers of files share: their protocol, the choice of channel, units, sizes that the user gives, refusals.
 
 ScanReader is the common reader of instrument files; a format supplies the maps of a file and how to read them. A new
 format needs a module with a reader, and a line in READERS of reader_registry.py. Blender loads the registry at
-startup, so a reader imports its decoder (Pillow) only in the functions that decode.
-
-Numbers as text are separated by blanks, tabs, semicolons or commas. They have decimal points or commas, and may be
-quoted. An error for an unsupported format says how to convert it. Such formats are recognised by their first bytes,
-archives by the names of their files, and tables by their lines."""
+startup, so a reader imports its decoder (Pillow) only in the functions that decode."""
 
 from __future__ import annotations
 
 import math
 import os
-import re
 import struct
 import zlib
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import BinaryIO, Protocol, runtime_checkable
 
@@ -26,8 +21,9 @@ import numpy as np
 from ...base.failure import GratingError, Setting, Words
 from ...base.machine import refuse_beyond_memory
 from ..height_map import HeightMap
-from .given_size import sized
 
+# Gwyddion reads about 150 formats, and its own files are read here without loss.
+CONVERT = "convert it with Gwyddion: gwyddion --convert-to-gwy=OUT.gwy IN"
 # Names of the topography, in order of preference.
 _TOPOGRAPHY = ("z-axis", "topography", "height", "z height", "zsensor", "z-axissensor")
 # Names that must match as a whole.
@@ -256,28 +252,6 @@ def in_metres(text: str) -> float:
     return float(number.replace(",", ".")) * size
 
 
-# The longest text in bytes, and the most numbers in it. 2048 x 2048 numbers take seconds.
-_TEXT_MAX, _NUMBERS_MAX = 64 << 20, 1 << 23
-_SEPARATORS = (b" ", b"\n", b"\r", b"\t", b";", b",")
-# A fault and its remedy.
-AXES = "its first row and column are axes, no heights", "delete the first row and the first column"
-_NUMBER = re.compile(r"[-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?|[-+]?nan", re.IGNORECASE)
-
-
-def read_text(file: BinaryIO) -> str:
-    """Read a file as UTF-8 or else Latin-1. Raises ValueError if it is too long or holds zero bytes."""
-    file.seek(0)
-    data = file.read(_TEXT_MAX + 1)
-    if len(data) > _TEXT_MAX:
-        raise ValueError(f"a text of more than {_TEXT_MAX >> 20} MiB; save it as a binary file")
-    if b"\0" in data:
-        raise ValueError("a text with zero bytes")
-    # Repeated separators count too, which also rejects a long text of blanks.
-    if sum(map(data.count, _SEPARATORS)) > _NUMBERS_MAX:
-        raise ValueError(f"a text of more than {_NUMBERS_MAX} numbers; save it as a binary file")
-    return decoded(data)
-
-
 def decoded(data: bytes) -> str:
     """Decode bytes as UTF-8 or else Latin-1."""
     try:
@@ -286,181 +260,51 @@ def decoded(data: bytes) -> str:
         return data.decode("latin-1")
 
 
-def numbers_of(text: str) -> np.ndarray:
-    """Parse all numbers of a text into a flat array. Raises ValueError for anything else."""
-    return np.array(with_points(text).split(), dtype=np.float64)
+# Plausible widths in micrometres and heights in nanometres: no relief is a metre wide, or lower than an atom.
+_SIZE_UM = (1e-3, 1e6)
+_LOWEST_NM, HIGHEST_NM = 1e-3, 1e6
+# The height of the number 1 if numbers are metres.
+METRE_NM = 1e9
 
 
-def rows_of(text: str) -> np.ndarray:
-    """Parse the numbers of a text as (lines, numbers per line); comments begin with #.
-
-    Raises ValueError for a text without numbers, KnownFault for words among them and for lines of unequal length."""
-    lines = [line for line in with_points(text).splitlines() if line.strip() and not line.lstrip().startswith("#")]
-    if not lines:
-        raise ValueError("no numbers")
-    try:
-        return np.loadtxt(lines, dtype=np.float64, ndmin=2)
-    except ValueError:
-        for line in lines:
-            if words := odd_words(line):
-                raise KnownFault(*words_among_numbers(words)) from None
-        counts = [len(line.split()) for line in lines]
-        if set(counts[1:]) == {counts[0] + 1}:
-            raise KnownFault(*AXES) from None
-        odd = next((row for row, count in enumerate(counts) if count != counts[0]), 0)
-        told = f"row {odd + 1} has {counts[odd]} numbers, and row 1 has {counts[0]}"
-        raise KnownFault(told, "give each row the same count of numbers") from None
+def given_width(source: str, size_um: float | None, *, fault: str) -> float:
+    """Return the width in micrometres. Raises GratingError if it is implausible, or with `fault` if it is missing."""
+    remedy = ("give ", Setting.SIZE_UM, ", the width of the scan in micrometres")
+    return _quantity(source, "size", size_um, limits=_SIZE_UM, fault=fault, remedy=remedy)
 
 
-def odd_words(line: str) -> str:
-    """Return the words of a line that are no numbers, each once; "" if there are none."""
-    words = (word for word in re.split(r"[\s;,]+", line.replace('"', "")) if word and not _NUMBER.fullmatch(word))
-    return " ".join(dict.fromkeys(words))
+def given_height(source: str, height_nm: float | None, *, fault: str, what: str, most: float = HIGHEST_NM) -> float:
+    """Return the height in nanometres. Raises GratingError, which quotes `what`, if it is implausible, or with `fault`
+    if it is missing."""
+    remedy = ("give ", Setting.HEIGHT_NM, f", {what} in nanometres")
+    return _quantity(source, "height range", height_nm, limits=(_LOWEST_NM, most), fault=fault, remedy=remedy)
 
 
-def words_among_numbers(words: str) -> tuple[str, str]:
-    """Return the fault and the remedy for words in the place of a number."""
-    return f"'{shortened(words)}' is not a number", "write nan for points that were not measured"
+def _quantity(
+    source: str, what: str, value: float | None, *, limits: tuple[float, float], fault: str, remedy: Words
+) -> float:
+    """Return the value. Raises GratingError if it is missing or outside the limits."""
+    if value is None:
+        raise GratingError(source, fault, remedy)
+    if not (math.isfinite(value) and limits[0] <= value <= limits[1]):
+        raise GratingError(source, f"a {what} of {value:g} is not between {limits[0]:g} and {limits[1]:g}", remedy)
+    return value
 
 
-def with_points(text: str) -> str:
-    """Rewrite a text to decimal points and blanks between numbers, without comment lines.
+def sized(
+    source: str, pixel_size_m: tuple[float, float], *, cols: int, size_um: float | None
+) -> tuple[tuple[float, float], float | None]:
+    """Return (dy, dx) of a file's pixels, and the file's own width in metres if the user's width replaces it.
 
-    A comma is a decimal comma if the text has no points, but has tabs, semicolons, or blanks that follow no comma."""
-    values = "\n".join(line for line in text.splitlines() if not line.lstrip().startswith("#")).replace('"', "")
-    if "," in values:
-        head = values[: 1 << 16]
-        others = head.replace(", ", ",").strip()
-        between = ";" in others or "\t" in others or " " in others.replace("\n", "")
-        decimal = between and "." not in head
-        values = values.replace(",", "." if decimal else " ")
-    return values.replace(";", " ")
-
-
-def is_numbers(beginning: bytes) -> bool:
-    """Whether the beginning of a file is lines of numbers, apart from lines that begin with #."""
-    if not beginning or b"\0" in beginning:
-        return False
-    lines = decoded(beginning).replace('"', "").splitlines()
-    # The last line may be cut, unless it is the only one or the file ends there.
-    whole = lines[:-1] if len(lines) > 1 and not beginning.endswith((b"\n", b"\r")) and len(beginning) > 1000 else lines
-    values = [line for line in whole if line.strip() and not line.lstrip().startswith("#")]
-    words = [word for line in values for word in line.replace(";", " ").split()]
-    return bool(words) and all(_is_number(word) for word in words)
-
-
-def _is_number(word: str) -> bool:
-    return all(_NUMBER.fullmatch(part) for part in word.strip(",").split(",") if part) and word.strip(",") != ""
-
-
-# Gwyddion reads about 150 formats, and its own files are read here without loss.
-CONVERT = "convert it with Gwyddion: gwyddion --convert-to-gwy=OUT.gwy IN"
-
-_PICTURE = "its compression changes heights; export a grey PNG or TIFF of 16 bits"
-_UNPACK = "unpack it and import the scan in it"
-# Position of a format's first bytes, the bytes, the format, and the remedy.
-_OTHERS: tuple[tuple[int, bytes, str, str], ...] = (
-    (0, b"\x88\x1b\x03\x6f", "a Zygo MetroPro file", CONVERT),
-    (0, b"\x88\x1b\x03\x70", "a Zygo MetroPro file", CONVERT),
-    (0, b"\x88\x1b\x03\x71", "a Zygo MetroPro file", CONVERT),
-    (0, b"\x01\x00Directory", "a Wyko OPD file", CONVERT),
-    (0, b"VK4_", "a Keyence VK4 file", CONVERT),
-    (0, b"AliconaImaging\0", "an Alicona file", CONVERT),
-    (0, b"ONTMATRX0101", "an Omicron MATRIX file", CONVERT),
-    (0, b"[Parameter]", "a Createc file", CONVERT),
-    (0, b"[Paramet32]", "a Createc file", CONVERT),
-    (0, b"[Paramco32]", "a Createc file", CONVERT),
-    (0, b"VCA DATA\x01\x00\x00\x55", "a Dektak .opdx file", CONVERT),
-    (2, "STiMage 00".encode("utf-16-le"), "an RHK file", CONVERT),
-    (0, b"ISO/TC 201 SPM data transfer format", "an ISO 28600 file", CONVERT),
-    (0, b"CDF\x01", "a NetCDF file", CONVERT),
-    (0, b"\x89HDF\r\n\x1a\n", "an HDF5 file", CONVERT),
-    (0, b"MATLAB 5.0 MAT-file", "a MATLAB file", "save the matrix of heights by writematrix, as .csv"),
-    (0, b"\xff\xd8\xff", "a JPEG picture", _PICTURE),
-    (0, b"GIF8", "a GIF picture", _PICTURE),
-    (8, b"WEBP", "a WebP picture", _PICTURE),
-    (0, b"8BPS", "a Photoshop picture", "export a grey PNG or TIFF of 16 bits"),
-    (0, b"%PDF", "a PDF document", "export the heights themselves"),
-    (0, b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "an older Office document", "export the sheet of heights as .csv"),
-    (0, b"\x1f\x8b", "a packed file (gzip)", _UNPACK),
-    (0, b"7z\xbc\xaf\x27\x1c", "a packed file (7z)", _UNPACK),
-    (0, b"Rar!", "a packed file (RAR)", _UNPACK),
-    (0, b"\xfd7zXZ", "a packed file (xz)", _UNPACK),
-)
-# A file name that identifies an archive, the archive, and the remedy.
-_ARCHIVES: tuple[tuple[str, str, str], ...] = (
-    ("[Content_Types].xml", "an Office document", "export the sheet of heights as .csv"),
-    ("mimetype", "an OpenDocument file", "export the sheet of heights as .csv"),
-    ("header.properties", "a JPK archive of force curves, without an image", "export the scan as .jpk"),
-    ("index.xml", "an archive of a profiler, as Sensofar's .plux", CONVERT),
-)
-# Header bytes of an Igor wave by version. Their 16-bit words add up to zero modulo 2^16.
-_IGOR_HEADS = {1: 118, 2: 126, 3: 130}
-# The fewest lines of a table with the same count of numbers.
-_TABLE_LINES = 3
-_ZIP_BEGINNING, _ZIP_NAME_AT = b"PK\x03\x04", 30
-
-
-def known_fault(beginning: bytes) -> tuple[str, str] | None:
-    """Identify an unsupported file by its first bytes: what it is and the remedy, or None."""
-    for at, magic, what, remedy in _OTHERS:
-        if beginning.startswith(magic, at):
-            return f"{what}, which is not read here", remedy
-    return archive_fault(first_member(beginning)) or _igor_fault(beginning) or _table_fault(beginning)
-
-
-def first_member(beginning: bytes) -> list[str]:
-    """Return the name of the first file in a zip archive with these first bytes; [] if it is no archive."""
-    if not beginning.startswith(_ZIP_BEGINNING) or len(beginning) < _ZIP_NAME_AT:
-        return []
-    (length,) = struct.unpack_from("<H", beginning, 26)
-    return [decoded(beginning[_ZIP_NAME_AT : _ZIP_NAME_AT + length])]
-
-
-def archive_fault(names: Iterable[str]) -> tuple[str, str] | None:
-    """Identify an archive by its file names, as `known_fault` does."""
-    held = set(names)
-    for name, what, remedy in _ARCHIVES:
-        if name in held:
-            return what, remedy
-    if any(name.endswith(".npy") for name in held):
-        return "an archive of NumPy arrays", "save one array as .npy"
-    return None
-
-
-def _igor_fault(beginning: bytes) -> tuple[str, str] | None:
-    """Identify an Igor wave of an older version, which holds one curve."""
-    for order in "<>":
-        (version,) = struct.unpack_from(f"{order}h", beginning) if len(beginning) >= 2 else (0,)
-        size = _IGOR_HEADS.get(version, 0)
-        if 0 < size <= len(beginning) and sum(struct.unpack_from(f"{order}{size // 2}h", beginning)) & 0xFFFF == 0:
-            fault = f"an Igor wave of version {version}, which holds one curve"
-            return fault, "save the map as a wave of two dimensions"
-    return None
-
-
-def _table_fault(beginning: bytes) -> tuple[str, str] | None:
-    """Identify a text with numbers under a heading that is not marked as a comment, or with words among the numbers."""
-    if b"\0" in beginning:
-        return None
-    # The last line may be cut.
-    lines = [line for line in decoded(beginning).splitlines()[:-1] if line.strip() and not line.startswith("#")]
-    are_numbers = [is_numbers(line.encode()) for line in lines]
-    counts = Counter(len(with_points(line).split()) for line, found in zip(lines, are_numbers, strict=True) if found)
-    if not counts:
-        return None
-    columns, count = counts.most_common(1)[0]
-    if count < _TABLE_LINES:
-        return None
-    first = are_numbers.index(True)
-    marked = "put a # before each line of the heading"
-    for line, found in zip(lines[first:], are_numbers[first:], strict=True):
-        if not found and (words := odd_words(line)):
-            fault, remedy = words_among_numbers(words)
-            return fault, f"{remedy}, and {marked}" if first else remedy
-    if columns < 3:
-        return f"a text of {columns} columns under a heading, such as a profile", "export the whole map"
-    return f"a text of {columns} columns under a heading", marked
+    The user's width keeps the pixels' aspect ratio. If a side in the file is not a positive number, the pixels are
+    square and the file's own width is NaN. Raises GratingError if both widths are missing, or the user's is
+    implausible."""
+    is_stored = all(math.isfinite(side) and side > 0 for side in pixel_size_m)
+    if is_stored and size_um is None:
+        return pixel_size_m, None
+    dy, dx = pixel_size_m if is_stored else (1.0, 1.0)
+    pixel = given_width(source, size_um, fault="the file has no usable pixel size") * 1e-6 / cols
+    return (pixel * dy / dx, pixel), cols * dx if is_stored else math.nan
 
 
 # The most points of a map, the same as Pillow's limit for pictures.

@@ -86,9 +86,9 @@ def test_a_name_of_two_gratings_is_refused(addon, scene, grating):
     other = scene.natural_gratings.items.add()
     other.name = grating.name
     with pytest.raises(addon.child.GratingError, match="--grating waves: several gratings have this name"):
-        addon.chosen.chosen_grating(scene, "waves")
+        addon.shared_options.chosen_grating(scene, "waves")
     other.name = "other"
-    assert addon.chosen.chosen_grating(scene, "waves") == grating
+    assert addon.shared_options.chosen_grating(scene, "waves") == grating
 
 
 def test_assign_over_the_own_material_with_settings(addon, scene, baked, tmp_path):

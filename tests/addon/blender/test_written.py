@@ -66,5 +66,5 @@ def test_another_size_or_other_channels_are_not_the_picture(addon, writers, tmp_
 def test_a_saved_file_keeps_the_former_version(addon, scene, tmp_path):
     path = tmp_path / "a.blend"
     path.write_bytes(b"former")
-    addon.chosen.save(path)
+    addon.shared_options.save(path)
     assert (tmp_path / "a.blend1").read_bytes() == b"former" and path.stat().st_size > 1000

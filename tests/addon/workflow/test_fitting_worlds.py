@@ -13,8 +13,10 @@ SUN = Source(np.array((0.0, 0.6, 0.8)), np.array((3.0, 2.0, 1.0)), 1e-4)
 @pytest.fixture
 def taken(addon, monkeypatch):
     """The fingerprints that were computed."""
-    found, fingerprint = [], addon.world_probe.fingerprint
-    monkeypatch.setattr(addon.world_probe, "fingerprint", lambda *given: found.append(fingerprint(*given)) or found[-1])
+    found, fingerprint = [], addon.world_changes.fingerprint
+    monkeypatch.setattr(
+        addon.world_changes, "fingerprint", lambda *given: found.append(fingerprint(*given)) or found[-1]
+    )
     return found
 
 
@@ -56,7 +58,7 @@ def test_what_acts_on_a_world_looks_at_it_as_it_is(addon, scene, sky, taken):
     assert addon.fitting_worlds.world_is_fitted(scene)
     sky.inputs["Strength"].default_value = 2.0
     assert bpy.ops.grating.fit_world() == {"FINISHED"}
-    assert addon.sky.fitted_world(scene) == taken[-1] == addon.world_probe.fingerprint(scene.world)
+    assert addon.sky.fitted_world(scene) == taken[-1] == addon.world_changes.fingerprint(scene.world)
     assert addon.fitting_worlds.world_is_fitted(scene)
     sky.inputs["Strength"].default_value = 3.0
     addon.handlers.show_what_renders(scene)

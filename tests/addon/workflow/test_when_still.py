@@ -63,8 +63,8 @@ def test_a_world_is_not_looked_at_while_a_lamp_is_dragged(addon, scene, grating,
     scene.world = world
     assert bpy.ops.grating.assign() == {"FINISHED"}
     be_still(addon)
-    found, fingerprint = [], addon.world_probe.fingerprint
-    monkeypatch.setattr(addon.world_probe, "fingerprint", lambda *given: found.append(1) or fingerprint(*given))
+    found, fingerprint = [], addon.world_changes.fingerprint
+    monkeypatch.setattr(addon.world_changes, "fingerprint", lambda *given: found.append(1) or fingerprint(*given))
     for step in range(3):
         scene.objects["Sun"].location.x = step + 1.0
         bpy.context.view_layer.update()

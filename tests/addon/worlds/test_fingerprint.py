@@ -69,10 +69,10 @@ CHANGES = {
 def test_what_changes_the_light_changes_the_fingerprint(addon, world, change):
     image = node(world, "ShaderNodeTexEnvironment").image
     image.pixels[0] = 1.0
-    before = addon.world_probe.fingerprint(world)
-    assert addon.world_probe.fingerprint(world) == before
+    before = addon.world_changes.fingerprint(world)
+    assert addon.world_changes.fingerprint(world) == before
     change(world)
-    assert addon.world_probe.fingerprint(world) != before
+    assert addon.world_changes.fingerprint(world) != before
 
 
 def test_each_stroke_on_a_painted_picture_changes_the_fingerprint(addon, world):
@@ -80,7 +80,7 @@ def test_each_stroke_on_a_painted_picture_changes_the_fingerprint(addon, world):
     found = set()
     for value in (1.0, 2.0, 3.0):
         image.pixels[-4] = value
-        found.add(addon.world_probe.fingerprint(world))
+        found.add(addon.world_changes.fingerprint(world))
     assert len(found) == 3
 
 
@@ -102,17 +102,17 @@ def test_a_picture_with_other_pixels_in_a_file_of_the_same_size(addon, world, tm
         if packed:
             image.pack()
         sizes.add(image.packed_file.size if packed else path.stat().st_size)
-        found.add(addon.world_probe.fingerprint(world))
+        found.add(addon.world_changes.fingerprint(world))
         bpy.data.images.remove(image)
     assert len(sizes) == 1 and len(found) == 2
 
 
 def test_what_does_not_change_the_light_does_not(addon, world, scene):
-    before = addon.world_probe.fingerprint(world)
+    before = addon.world_changes.fingerprint(world)
     background = node(world, "ShaderNodeBackground")
     background.location, background.select, background.hide = (77, 5), True, True
     scene.frame_set(scene.frame_current + 3)
-    assert addon.world_probe.fingerprint(world) == before
+    assert addon.world_changes.fingerprint(world) == before
     scene.frame_set(1)
 
 
@@ -124,17 +124,17 @@ def test_a_file_that_is_moved_keeps_it(addon, world, scene, tmp_path):
     picture.filepath_raw, picture.file_format = str(tmp_path / "sky.exr"), "OPEN_EXR"
     picture.save()
     scene.world = world
-    found = [addon.world_probe.fingerprint(world)]
+    found = [addon.world_changes.fingerprint(world)]
     for folder in ("here", "there"):  # saving makes paths relative
         (tmp_path / folder).mkdir()
         bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / folder / "shot.blend"))
-        found.append(addon.world_probe.fingerprint(world))
+        found.append(addon.world_changes.fingerprint(world))
     shutil.copy(tmp_path / "sky.exr", tmp_path / "there" / "sky.exr")
     picture.filepath = "//sky.exr"
-    assert {*found, addon.world_probe.fingerprint(world)} == {found[0]}
+    assert {*found, addon.world_changes.fingerprint(world)} == {found[0]}
     picture.scale(16, 8)
     picture.save()
-    assert addon.world_probe.fingerprint(world) != found[0]
+    assert addon.world_changes.fingerprint(world) != found[0]
 
 
 def test_a_driver_changes_it_with_the_frame(addon, world, scene):
@@ -142,7 +142,7 @@ def test_a_driver_changes_it_with_the_frame(addon, world, scene):
     strength.driver_add("default_value").driver.expression = "frame * 2"
     scene.world = world
     scene.frame_set(4)
-    before = addon.world_probe.fingerprint(world)
+    before = addon.world_changes.fingerprint(world)
     scene.frame_set(5)
-    assert addon.world_probe.fingerprint(world) != before
+    assert addon.world_changes.fingerprint(world) != before
     scene.frame_set(1)

@@ -268,7 +268,7 @@ def test_a_picture_that_never_ends_is_ended_in_a_window_too(addon, scene, hdri, 
     node.image.source, node.image.filepath = "FILE", str(temporary / "pipe.exr")
     os.mkfifo(temporary / "pipe.exr")
     monkeypatch.setattr(addon.world_probe, "_LONGEST_SECONDS", 6)
-    assert addon.world_probe.fingerprint(world)
+    assert addon.world_changes.fingerprint(world)
     probe = addon.world_probe.Probe(world, scene, 8)
     until = time.monotonic() + 60
     while probe.running:

@@ -22,9 +22,9 @@ from precompute.reference.reference import reference_xyz
 from precompute.surface.relief import prepare
 from precompute.surface.samples.reptiles import elaphe
 from precompute.surface.samples.ruled_gratings import blazed
-from precompute.table import atlas
-from precompute.table import table as tiling
-from precompute.table.table import SPACINGS, Table, level_mix
+from precompute.table import atlas, blur_levels
+from precompute.table.blur_levels import SPACINGS, level_mix
+from precompute.table.table import Table
 
 from .conftest import waves
 
@@ -52,7 +52,7 @@ def test_wider_levels_are_coarser_only_for_want_of_memory(baked, monkeypatch):
     """Level 1 then has 1.3 times fewer texels to its kernel than level 0."""
     alone = replace(baked, wider=())
     assert with_levels(alone, coarser=1.3).cell == baked.cell
-    monkeypatch.setattr(tiling, "FINE_BYTES", 1 << 20)
+    monkeypatch.setattr(blur_levels, "FINE_BYTES", 1 << 20)
     tight = with_levels(alone, coarser=1.3)
     assert tight.spacing == SPACINGS[-1]
     assert tight.cell.texels(1) == pytest.approx(1.3 * tight.spacing.grown(1) ** 0.5)

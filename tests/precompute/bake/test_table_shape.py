@@ -12,7 +12,8 @@ from precompute.maths import chebyshev
 from precompute.optics import coherence
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
-from precompute.table.table import TILE_PADDING, ZERO_ORDER_SAMPLES
+from precompute.table.blur_levels import TILE_PADDING
+from precompute.table.table import ZERO_ORDER_SAMPLES
 
 from .conftest import COHERENCE_M
 

@@ -17,7 +17,7 @@ from precompute.surface.readers.reader_registry import read_height_map
 from precompute.surface.relief import prepare
 from precompute.table import atlas
 from precompute.table.atlas import read_header
-from precompute.table.table import TILE_PADDING
+from precompute.table.blur_levels import TILE_PADDING
 from tests.precompute.bake.same_bake import assert_same_bake
 
 from .conftest import LASER, PICTURE, SHORT

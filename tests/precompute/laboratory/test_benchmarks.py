@@ -17,7 +17,6 @@ from laboratory.benchmarks import __main__ as runner
 from laboratory.benchmarks import (
     evaluation,
     evaluation_maps,
-    evaluation_page,
     report,
 )
 from laboratory.speed.surfaces import SKINS
@@ -83,14 +82,14 @@ def test_taylor_about_the_mean_converges_to_the_phasor():
 def test_agreement_is_that_of_ranks():
     ours = np.random.default_rng(4).integers(0, 256, (64, 64, 3)).astype(np.uint8)
     darker = (ours.astype(float) ** 2 / 600).astype(float)
-    assert evaluation_page.agreement(ours, darker) == pytest.approx([1, 1, 1])
-    assert evaluation_page.agreement(ours, 255.0 - ours) == pytest.approx([-1, -1, -1])
+    assert evaluation_maps.agreement(ours, darker) == pytest.approx([1, 1, 1])
+    assert evaluation_maps.agreement(ours, 255.0 - ours) == pytest.approx([-1, -1, -1])
     # For some 1450 independent pixels the correlation is 0 +- 0.026; the test allows five times that.
-    assert np.abs(evaluation_page.agreement(ours, ours[::-1, ::-1])).max() < 0.13
+    assert np.abs(evaluation_maps.agreement(ours, ours[::-1, ::-1])).max() < 0.13
     right = ours.copy()
     right[:, 32:] = 0
-    assert evaluation_page.agreement(right, ours) == pytest.approx([1, 1, 1])
-    assert evaluation_page.ranks(np.array([5, 1, 5, 9])).tolist() == [2.5, 1, 2.5, 4]
+    assert evaluation_maps.agreement(right, ours) == pytest.approx([1, 1, 1])
+    assert evaluation_maps.ranks(np.array([5, 1, 5, 9])).tolist() == [2.5, 1, 2.5, 4]
 
 
 @pytest.mark.night("tests/precompute/laboratory/test_evaluation.py")
@@ -114,9 +113,9 @@ def test_the_map_of_xenopeltis_is_the_thesis_s(shared_data):
     method = METHODS["chebyshev"](relief, Settings(step_m=40e-9))
     ours = brdf_map.picture(brdf_map.from_method(method, 64, brdf_map.light_from(0)))
     path = shared_data / "thesis_figures" / "brdfmap__flss_gratings__xeno.png"
-    theirs = np.asarray(evaluation_page.disc(path, 64))
-    upright = evaluation_page.agreement(ours, theirs)
-    turned_round = evaluation_page.agreement(ours[::-1, ::-1], theirs)
+    theirs = np.asarray(evaluation_maps.disc(path, 64))
+    upright = evaluation_maps.agreement(ours, theirs)
+    turned_round = evaluation_maps.agreement(ours[::-1, ::-1], theirs)
     assert min(np.subtract(upright, turned_round)) > 0.1
 
 

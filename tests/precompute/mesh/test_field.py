@@ -4,9 +4,16 @@
 import numpy as np
 import pytest
 
-from precompute.mesh.direction_field import guided_field, laplacian, smoothest_field, unit_complex
+from precompute.mesh.direction_field import (
+    edge_turns,
+    guided_field,
+    laplacian,
+    singular_triangles,
+    smoothest_field,
+    unit_complex,
+)  # fmt: skip
 from precompute.mesh.guide import along_axis, along_uv, where_bare
-from precompute.mesh.surface import edge_turns, following, singular_triangles, surface_of
+from precompute.mesh.surface import following, surface_of
 
 from .shapes import book, branching, joined, sheet, sphere, torus
 

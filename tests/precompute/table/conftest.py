@@ -10,7 +10,8 @@ from precompute.base.failure import GratingError
 from precompute.spectra.series import fast_series
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
-from precompute.table.table import SPACINGS, Cell, Table
+from precompute.table.blur_levels import SPACINGS, Cell
+from precompute.table.table import Table
 
 S_MAX, GRID_MAX = 2 / 380e-9, 5.6e6
 # Values of s to test: from w = 0.4 at 700 nm to w = 2 at 400 nm.

@@ -13,16 +13,16 @@ from precompute.bake.plan import RESOLUTION_MIN
 from precompute.colour.channels import channel_count
 from precompute.optics.brdf import NO_RATIO
 from precompute.table import atlas
-from precompute.table.table import (
+from precompute.table.blur_levels import (
     BYTES_PER_TEXEL,
     COLUMNS_BESIDE,
     FINE_BYTES,
     SPACINGS,
     TILE_PADDING,
-    ZERO_ORDER_SAMPLES,
     Cell,
     cell_for,
 )
+from precompute.table.table import ZERO_ORDER_SAMPLES
 
 from .conftest import random_bake
 

@@ -16,7 +16,7 @@ from precompute.base.failure import GratingError
 from precompute.reflectance.matter import parse
 from precompute.table import atlas
 from precompute.table.atlas import FORMAT, HEADER_KEY, read_header
-from precompute.table.table import TERMS_MAX
+from precompute.table.blur_levels import TERMS_MAX
 
 from .conftest import PROVENANCE, plain_exr, random_bake, refusal
 

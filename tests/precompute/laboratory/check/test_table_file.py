@@ -6,7 +6,8 @@ import pytest
 
 from laboratory.check.table_file import read_table
 from precompute.table import atlas
-from precompute.table.table import SPACINGS, Cell, Table, cell_for
+from precompute.table.blur_levels import SPACINGS, Cell, cell_for
+from precompute.table.table import Table
 
 
 @pytest.mark.parametrize("precision", [np.float16, np.float32])
