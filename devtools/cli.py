@@ -11,9 +11,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NoReturn
 
-from . import ROOT, DevError, blender, chroot, environments, machine, mutants, packages, release, suites, walk
+from . import ROOT, DevError, blender, chroot, environments, machine, mutants, packages, release, suites
 from .environments import ALL, LINT, PY311, Environment
 from .steps import become, clean_environment, project_environment
+from .window import walk
 
 PACKAGE = "natural_gratings"  # the name under which mypy knows this folder; pyproject.toml uses it too
 

@@ -9,9 +9,9 @@ under the first illuminant. With more channels, each lamp's XYZ is a matrix (3, 
     FL11     three curves: the colour matching functions times the spectrum of FL11, which its matrix takes alone
 
 The curves of the sets are those that miss the least of a list of lamps, beside the first three channels and for
-reflectances whose values are correlated over CORRELATION_NM (devtools/generate_channel_table.py). They are the greatest
-singular vectors of the lamps' curves, in Rec.709 and weighted by this correlation. A lamp's matrix is the least squares
-of its curves under the same correlation. It holds a constant spectrum exactly.
+reflectances whose values are correlated over CORRELATION_NM (devtools/tables/generate_channel_table.py). They are the
+greatest singular vectors of the lamps' curves, in Rec.709 and weighted by this correlation. A lamp's matrix is the
+least squares of its curves under the same correlation. It holds a constant spectrum exactly.
 
 A material takes a lamp's matrix from a table, by one number, the lamp's row:
 

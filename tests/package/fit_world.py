@@ -13,7 +13,7 @@ import bpy
 
 sys.path.append(str(Path(__file__).resolve().parents[2]))
 
-from devtools.hands import LONG, MOMENT, play, window
+from devtools.window.hands import LONG, MOMENT, play, window
 
 FOLDER = Path(sys.argv[sys.argv.index("--") + 1])
 

@@ -15,7 +15,7 @@ import bpy
 
 sys.path.append(str(Path(__file__).resolve().parents[2]))
 
-from devtools.hands import LONG, click_object, play, press_button, press_in_view, show_sidebar, window
+from devtools.window.hands import LONG, click_object, play, press_button, press_in_view, show_sidebar, window
 
 BAKE = sys.argv[sys.argv.index("--") + 1]
 

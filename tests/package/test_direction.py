@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from devtools import display as screen
+from devtools.window import display as screen
 
 from .test_interface import blender  # noqa: F401  its fixture
 

@@ -11,8 +11,8 @@ import OpenEXR
 import pytest
 from PIL import Image
 
-from devtools import display as screen
-from devtools import walk
+from devtools.window import display as screen
+from devtools.window import walk
 
 from .conftest import Blender
 

@@ -13,7 +13,7 @@ import bpy
 
 sys.path.append(str(Path(__file__).resolve().parents[2]))
 
-from devtools.hands import LONG, play, press_button, press_in_view, save_screen, show_sidebar, view, window
+from devtools.window.hands import LONG, play, press_button, press_in_view, save_screen, show_sidebar, view, window
 
 BAKE, PICTURES = sys.argv[sys.argv.index("--") + 1 :][:2]
 ADDON = "bl_ext.user_default.natural_gratings.addon"

@@ -13,7 +13,7 @@ import bpy
 
 sys.path.append(str(Path(__file__).resolve().parents[2]))
 
-from devtools.hands import play
+from devtools.window.hands import play
 
 BAKES, PICTURE = [Path(each) for each in sys.argv[sys.argv.index("--") + 1 : -1]], sys.argv[-1]
 ADDON = "bl_ext.user_default.natural_gratings"

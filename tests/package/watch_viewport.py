@@ -14,7 +14,7 @@ import bpy
 
 sys.path.append(str(Path(__file__).resolve().parents[2]))
 
-from devtools.hands import play
+from devtools.window.hands import play
 
 BAKE, FOLDER = map(Path, sys.argv[sys.argv.index("--") + 1 :])
 # Seconds for the window to draw.

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from devtools import generate_channel_table
+from devtools.tables import generate_channel_table
 from precompute.base.failure import GratingError
 from precompute.colour.channels import (
     channel_count,

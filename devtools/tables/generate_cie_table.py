@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes precompute/colour/cie_1931_d65_1nm.csv from colour-science: `python devtools/generate_cie_table.py`."""
+"""Writes precompute/colour/cie_1931_d65_1nm.csv from colour-science: `python devtools/tables/generate_cie_table.py`."""
 
 from pathlib import Path
 
@@ -7,10 +7,10 @@ import colour
 import numpy as np
 
 WAVELENGTHS_NM = np.arange(380, 781)
-TABLE = Path(__file__).parent.parent / "precompute" / "colour" / "cie_1931_d65_1nm.csv"
+TABLE = Path(__file__).parents[2] / "precompute" / "colour" / "cie_1931_d65_1nm.csv"
 HEADER = (
     "CIE 1931 2 degree colour matching functions and CIE standard illuminant D65 (1 nm, linear interpolation\n"
-    "of the 5 nm table as CIE 15 recommends), generated from colour-science by devtools/generate_cie_table.py\n"
+    "of the 5 nm table as CIE 15 recommends), generated from colour-science by devtools/tables/generate_cie_table.py\n"
     "wavelength_nm,x_bar,y_bar,z_bar,d65"
 )
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Writes precompute/colour/cie_illuminants_5nm.csv from colour-science:
-`python devtools/generate_illuminant_table.py`."""
+`python devtools/tables/generate_illuminant_table.py`."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ import numpy as np
 from colour.colorimetry import SDS_BASIS_FUNCTIONS_CIE_ILLUMINANT_D_SERIES
 
 WAVELENGTHS_NM = np.arange(380, 781, 5)
-TABLE = Path(__file__).parent.parent / "precompute" / "colour" / "cie_illuminants_5nm.csv"
+TABLE = Path(__file__).parents[2] / "precompute" / "colour" / "cie_illuminants_5nm.csv"
 NAMES = (
     "C",
     *(f"FL{k}" for k in range(1, 13)),
@@ -20,7 +20,7 @@ NAMES = (
 DAYLIGHT = ("S0", "S1", "S2")
 HEADER = (
     "CIE illuminants (CIE 15:2018, 5 nm) and the components S0, S1 and S2 of daylight, generated from\n"
-    "colour-science by devtools/generate_illuminant_table.py\n"
+    "colour-science by devtools/tables/generate_illuminant_table.py\n"
     f"wavelength_nm,{','.join((*NAMES, *DAYLIGHT))}"
 )
 

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import bpy
 
-sys.path.append(str(Path(__file__).resolve().parents[1]))
+sys.path.append(str(Path(__file__).resolve().parents[2]))
 
-from devtools.hands import (
+from devtools.window.hands import (
     LONG,
     Steps,
     choose_file,
@@ -28,7 +28,7 @@ from devtools.hands import (
     take_picture,
     view,
 )
-from devtools.hands import window as first_window
+from devtools.window.hands import window as first_window
 
 FOLDER, SCREEN = (Path(argument) for argument in sys.argv[sys.argv.index("--") + 1 :])
 EXTENSION = "bl_ext.user_default.natural_gratings.addon"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Writes precompute/reflectance/metals.csv: `python devtools/generate_metal_table.py DATABASE`.
+"""Writes precompute/reflectance/metals.csv: `python devtools/tables/generate_metal_table.py DATABASE`.
 
 DATABASE is the folder of a clone of github.com/polyanskiy/refractiveindex.info-database, which is in the public domain
 (CC0 1.0)."""
@@ -7,7 +7,7 @@ DATABASE is the folder of a clone of github.com/polyanskiy/refractiveindex.info-
 import sys
 from pathlib import Path
 
-TABLE = Path(__file__).parent.parent / "precompute" / "reflectance" / "metals.csv"
+TABLE = Path(__file__).parents[2] / "precompute" / "reflectance" / "metals.csv"
 RANGE_NM = (380, 780)
 # The file of each metal in the database.
 FILES = {
@@ -21,7 +21,7 @@ FILES = {
 }
 HEADER = """\
 # Complex refractive index n + ik of metals at room temperature, as published, from the refractiveindex.info database
-# (M. N. Polyanskiy, public domain, CC0 1.0), written by devtools/generate_metal_table.py
+# (M. N. Polyanskiy, public domain, CC0 1.0), written by devtools/tables/generate_metal_table.py
 # aluminium, silver, gold, copper: K. M. McPeak et al., ACS Photonics 2, 326-333 (2015); evaporated, template stripped
 # chromium, nickel, titanium: P. B. Johnson and R. W. Christy, Phys. Rev. B 9, 5056-5070 (1974)
 # metal,wavelength_nm,n,k

@@ -5,11 +5,11 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-from . import EXTENSION, ROOT, DevError, environments
+from .. import EXTENSION, ROOT, DevError, environments
+from ..extension import link_extension
+from ..packages import build, fetch_wheels
+from ..steps import clean_environment, say
 from .display import display
-from .extension import link_extension
-from .packages import build, fetch_wheels
-from .steps import clean_environment, say
 
 HERE = Path(__file__).parent
 SIZE, SMALL = (1280, 1000), (1280, 720)

@@ -12,10 +12,10 @@ from pathlib import Path
 
 import bpy
 
-sys.path.append(str(Path(__file__).resolve().parents[1]))
+sys.path.append(str(Path(__file__).resolve().parents[2]))
 
-from devtools.hands import LONG, Steps, choose_file, play, press_button, press_in_view, take_picture, view
-from devtools.hands import window as first_window
+from devtools.window.hands import LONG, Steps, choose_file, play, press_button, press_in_view, take_picture, view
+from devtools.window.hands import window as first_window
 
 FOLDER, SCREEN = (Path(argument) for argument in sys.argv[sys.argv.index("--") + 1 :])
 SECOND, RENDERED = 1.0, 12.0

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from . import DevError
+from .. import DevError
 
 
 @contextmanager
