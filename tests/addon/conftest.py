@@ -44,6 +44,7 @@ def scene(first_engine):
     data.batch_remove([other for other in data.scenes if other != scene])
     scene.render.engine = first_engine
     scene.cycles.property_unset("samples")
+    scene.render.property_unset("film_transparent")
     scene.eevee.taa_render_samples = 64  # cannot be unset
     scene.natural_gratings.items.clear()
     scene.natural_gratings.active_index = 0

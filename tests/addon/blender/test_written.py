@@ -3,6 +3,7 @@
 was there stays. Blender itself reports success of a picture and of a small compressed .blend."""
 
 import contextlib
+import sys
 
 import bpy
 import numpy as np
@@ -13,11 +14,13 @@ resource = pytest.importorskip("resource", reason="this system has no limit of a
 
 @contextlib.contextmanager
 def full_disk(most_bytes):
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    before, keeps_bytecode = resource.getrlimit(resource.RLIMIT_FSIZE), sys.dont_write_bytecode
+    sys.dont_write_bytecode = True  # Python 3.13.0 leaves a cut .pyc of what is imported meanwhile
     resource.setrlimit(resource.RLIMIT_FSIZE, (most_bytes, before[1]))
     try:
         yield
     finally:
+        sys.dont_write_bytecode = keeps_bytecode
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
