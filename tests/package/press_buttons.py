@@ -97,7 +97,7 @@ def story():
     """The steps; each yields the seconds until the next."""
     yield LONG
     yield from set_the_stage()
-    yield from click_object("Floor", (0.45, 0.3, 0))
+    yield from click_object("Floor", (0.35, 0.3, 0))
     yield from press_undo_redo("bpy.ops.grating.assign")
     assert bpy.data.objects["Floor"].active_material, "Assign to Selected assigned nothing"
     assert followed() == ["Bulb", "Torch", "Window"]
