@@ -18,6 +18,7 @@ from ..blender.working_space import working_space
 
 # Properties of all nodes, such as their place in the editor; of these, only muting changes the light.
 _OF_ALL_NODES = {own.identifier for own in bpy.types.Node.bl_rna.properties} - {"mute"}
+# The current frame of an image user, ignored because it advances for still pictures too.
 _FRAME = "frame_current"
 # The blocks of a picture's file that are read, and their size in bytes.
 _BLOCKS, _BLOCK = 64, 4096

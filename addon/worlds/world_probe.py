@@ -104,6 +104,3 @@ def _write_request(world: bpy.types.World, scene: bpy.types.Scene, request: dict
             "osl": bool(scene.cycles.shading_system),
         }  # fmt: skip
     (folder / "request.json").write_text(json.dumps(request), encoding="utf-8")
-
-
-# The current frame of an image user, ignored because it advances for still pictures too.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The BRDF maps of docs/evaluation.md, with the settings from which each map is made; and the page's surfaces, the
+"""The BRDF maps of docs/evaluation.md, with the settings from which each map is made; the page's surfaces, the
 thesis's scans where they are, sample surfaces in their place where not; and how well the maps agree with the thesis's
 pictures."""
 

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The figures of docs/evaluation.md, computed by laboratory.benchmarks.evaluation. The sentences stand in
-the page."""
+"""The figures of docs/evaluation.md, computed by laboratory.benchmarks.evaluation. The sentences stand in the page."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

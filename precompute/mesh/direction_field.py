@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The smoothest field of unit directions on a surface that follows a guide.
+"""The smoothest field of unit directions on a surface that follows a guide, and where a field turns.
 
 The field z minimises |grad z|^2 + sum of w |z - g|^2 over the nodes: the connection Laplacian of Knöppel et al. 2013,
 and the guide's directions g with weights w. Without a guide, z is the eigenvector of the Laplacian's smallest

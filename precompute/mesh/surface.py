@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A triangle mesh as a surface: which corners meet, a tangent plane at each node, and where a direction field turns.
+"""A triangle mesh as a surface: which corners meet, and a tangent plane at each node.
 
 Corner 3 t + k is the k-th corner of triangle t; it also stands for the edge from there to the next corner. A *node* is
 a fan of triangles around a point, connected by shared edges. Most points have one node. A point where two sheets touch

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The table of a surface, as a bake stores it and a renderer reads it, and the places of its tiles in the picture.
+"""The table of a surface, as a bake stores it and a renderer reads it.
 
     XYZ(u, v, w) = Z(w) * kernel(u, v) + w^2 * sum_k f_k(t) B_k(u, v),     f_k(t) = sum_j basis_kj T_j(t)
 

@@ -64,7 +64,7 @@ def rows_of(text: str) -> np.ndarray:
 
 
 def odd_words(line: str) -> str:
-    """Return the words of a line that are no numbers, each once; "" if there are none."""
+    """Return the words of a line that are not numbers, each once; "" if there are none."""
     words = (word for word in re.split(r"[\s;,]+", line.replace('"', "")) if word and not _NUMBER.fullmatch(word))
     return " ".join(dict.fromkeys(words))
 

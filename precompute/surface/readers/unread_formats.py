@@ -66,7 +66,7 @@ def known_fault(beginning: bytes) -> tuple[str, str] | None:
 
 
 def first_member(beginning: bytes) -> list[str]:
-    """Return the name of the first file in a zip archive with these first bytes; [] if it is no archive."""
+    """Return the name of the first file in a zip archive with these first bytes; [] if it is not an archive."""
     if not beginning.startswith(_ZIP_BEGINNING) or len(beginning) < _ZIP_NAME_AT:
         return []
     (length,) = struct.unpack_from("<H", beginning, 26)
