@@ -3,14 +3,13 @@
 
 A scene without lamps has no properties. Nodes then read 0, and the diffraction is black. Lamps that the artist leaves
 out have properties too, with indices from LAMPS_MAX on: nodes that sample light at random read them to see nothing of
-these lamps. For light linking, objects are marked with the lamps that do not light them."""
+these lamps."""
 
 from collections.abc import Sequence
 
 import bpy
 
 from ..blender import stored
-from ..nodes.builder import Tree, Value
 from .drivers import Drivers
 from .find import LAMPS_MAX, LEFT_OUT_MAX, LitBoxes, brightest, lamps_left_out
 from .lamp_drivers import ON, PROPERTIES, SPECTRUM, drive_properties, property_name
@@ -124,54 +123,3 @@ def left_out_count(scene: bpy.types.Scene) -> int:
 
 def _count(scene: bpy.types.Scene, indices: Sequence[int]) -> int:
     return sum(property_name(index, "place") in scene for index in indices)
-
-
-# Custom property of an object: 1 if light linking excludes the lamp for the object.
-_UNLINKED = "unlinked"
-
-
-def mark_unlinked(scene: bpy.types.Scene, lamps: list[bpy.types.Object]) -> None:
-    """Mark each object of the scene with the indices of the lamps that do not light it, and clear all other marks."""
-    receivers = [lamp.light_linking.receiver_collection for lamp in lamps]
-    names = [property_name(index, _UNLINKED) for index in range(LAMPS_MAX)]
-    for thing in scene.collection.all_objects:
-        present = [name for name in names if name in thing]
-        wanted = []
-        if thing.type != "LIGHT":
-            wanted = [names[i] for i, listed in enumerate(receivers) if listed and not receives(listed, thing)]
-        if present != wanted:
-            for name in set(present) - set(wanted):
-                del thing[name]
-            for name in set(wanted) - set(present):
-                thing[name] = 1.0
-            thing.update_tag()
-
-
-def is_linked(lamp: bpy.types.Object) -> bool:
-    """Whether the lamp has a light linking list."""
-    return lamp.light_linking.receiver_collection is not None
-
-
-def read_unlinked(tree: Tree, index: int) -> Value:
-    """1 on an object that the lamp does not light, else 0."""
-    mark, _ = tree.attribute(property_name(index, _UNLINKED), "OBJECT")
-    return tree.dot(mark, (1.0, 0.0, 0.0))
-
-
-def is_unlinked(thing: bpy.types.Object, index: int) -> bool:
-    """Whether an object is marked as not lit by the lamp with this index."""
-    return property_name(index, _UNLINKED) in thing
-
-
-def receives(receivers: bpy.types.Collection, mesh: bpy.types.Object) -> bool:
-    """Whether a lamp with this list of receivers lights the object. Entries of the list include or exclude objects."""
-    states = {}
-    for item, entry in zip(receivers.objects, receivers.collection_objects, strict=True):
-        states[item] = entry.light_linking.link_state
-    for child, listed in zip(receivers.children, receivers.collection_children, strict=True):
-        for item in child.all_objects:
-            states.setdefault(item, listed.light_linking.link_state)
-    if mesh in states:
-        return states[mesh] == "INCLUDE"
-    # As in Blender, a list that only excludes objects lets the lamp light all others.
-    return "INCLUDE" not in states.values() and bool(states)

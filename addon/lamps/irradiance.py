@@ -8,8 +8,9 @@ import numpy as np
 
 from ..blender import stored
 from .find import LUMINANCE
-from .follow import followed_lamps, has_lost_lamps, is_unlinked, lamp_count
+from .follow import followed_lamps, has_lost_lamps, lamp_count
 from .lamp_drivers import PROPERTIES, property_name
+from .light_linking import is_unlinked
 from .light_rig import is_card
 from .sky import source_count, source_name
 

@@ -32,8 +32,8 @@ import bpy
 
 from ..nodes.builder import Operand, Tree, Value, shared_group
 from ..nodes.interface import Socket
-from .follow import read_unlinked
 from .lamp_drivers import PROPERTIES, SPECTRUM, PackedLamp, property_name, unpack
+from .light_linking import read_unlinked
 
 
 def read_property(tree: Tree, name: str) -> tuple[Value, Value]:

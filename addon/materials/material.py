@@ -18,7 +18,6 @@ from ..lamps.follow import lamp_count
 from ..nodes.builder import Tree
 from ..nodes.interface import GROUP_WIDTH, ROOM, arrange, constant_bytes
 from .group_properties import diffraction_groups, is_diffraction, lamps_in
-from .holograms.hologram_nodes import remove_hologram
 from .pictures import pictures_of
 from .response import own_trees
 from .skin import SETTABLE, too_large
@@ -108,6 +107,8 @@ def add_diffraction(material: bpy.types.Material, group: bpy.types.NodeTree) -> 
 
 def remove_diffraction(material: bpy.types.Material) -> None:
     """Remove diffraction from a material and restore its previous state."""
+    from .holograms.hologram_nodes import remove_hologram
+
     for node in diffraction_nodes(material):
         remove_hologram(node)
         tree = node.id_data

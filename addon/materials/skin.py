@@ -33,7 +33,8 @@ import bpy
 
 from ..blender import stored
 from ..gratings.grating import LAMPS_ONLY, REST, Variation
-from ..lamps.follow import coloured_lamps, followed_lamps, is_linked, lamp_count, left_out_count
+from ..lamps.follow import coloured_lamps, followed_lamps, lamp_count, left_out_count
+from ..lamps.light_linking import is_linked
 from ..lamps.sky import coloured_sources, source_count
 from ..nodes.interface import (
     GROUP_WIDTH,

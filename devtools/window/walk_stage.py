@@ -87,8 +87,8 @@ scene.camera = bpy.context.object
 scene.camera.data.angle = radians(42)
 scene.world = bpy.data.worlds.new("World")
 scene.render.engine = "CYCLES"
-scene.cycles.preview_samples = 4
-scene.render.preview_pixel_size = "2"  # on two processors each station waits for the viewport
+scene.cycles.preview_samples = 2
+scene.render.preview_pixel_size = "4"  # on two processors each station waits for the viewport
 scene.cycles.use_preview_denoising = False
 save("stage.blend")
 # Without saved preferences, Blender opens with its Quick Setup.

@@ -30,7 +30,7 @@ from precompute.cli.arguments import count
 from precompute.cli.parser import OneLineParser
 from precompute.presets.presets import draft_request
 
-from ..speed.run import machine
+from ..speed.result import machine
 from ..speed.surfaces import SHARED, SKINS
 from . import report
 

@@ -36,8 +36,8 @@ from precompute.surface.relief import prepare
 from precompute.table import atlas
 
 from ..speed.page import number
-from ..speed.result import Machine
-from ..speed.run import machine, pareto
+from ..speed.pareto_front import pareto
+from ..speed.result import Machine, machine
 from ..study import plots
 from ..study.pages import filled, table
 from . import report

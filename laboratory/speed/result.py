@@ -1,8 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the benchmark finds, as the modules here pass it on; `as_dict` is the JSON of the verb."""
 
+import os
+import platform
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
 
 
 @dataclass(frozen=True)
@@ -15,6 +20,23 @@ class Machine:
     python: str
     numpy: str
     load: str
+
+
+def machine() -> Machine:
+    """The machine that this runs on."""
+    model = platform.processor() or platform.machine()
+    cpus = Path("/proc/cpuinfo")
+    if cpus.is_file():
+        named = [line.split(":", 1)[1].strip() for line in cpus.read_text().splitlines() if line.startswith("model n")]
+        model = named[0] if named else model
+    return Machine(
+        processor=model,
+        cores=os.cpu_count() or 1,
+        system=platform.system(),
+        python=platform.python_version(),
+        numpy=np.__version__,
+        load=f"{os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else "unknown",
+    )
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,8 @@ from precompute.cli.arguments import add_json, path_argument
 from precompute.cli.printing import Progress, emit
 
 from ..speed import page
-from ..speed import run as benchmark
 from ..speed.page import PAGE, summary, write_picture
+from ..speed.pareto_front import measure_all
 from ..speed.surfaces import FULL, QUICK, SHARED
 from ..study import plots
 
@@ -38,7 +38,7 @@ def run(arguments: argparse.Namespace) -> None:
         raise GratingError(arguments.shared, "there is no such folder", "leave --shared out for the sample surfaces")
     plots.pyplot()
     effort = QUICK if arguments.quick else FULL
-    result = benchmark.run(effort, arguments.shared or SHARED, Progress(arguments.progress))
+    result = measure_all(effort, arguments.shared or SHARED, Progress(arguments.progress))
     picture = write_picture(result, arguments.output / "images")
     file = arguments.output / PAGE
     write_whole(file, lambda path: path.write_text(page.text(result), encoding="utf-8"))

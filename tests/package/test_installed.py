@@ -52,8 +52,12 @@ def test_installed_extension_runs_nothing_of_the_working_folder(blender, tmp_pat
     assert not mark.exists()
 
 
-@pytest.mark.parametrize("lights", ["lamps", "rest", "all"])
-@pytest.mark.short("5.2-rest", "rest-bpy-5.2", "binary-all", "all-binary")
+@pytest.mark.parametrize(
+    "blender, lights",
+    [("bpy-4.5", "lamps"), ("bpy-4.5", "rest"), ("bpy-5.2", "rest"), ("binary", "all")],
+    indirect=["blender"],
+)
+@pytest.mark.short("5.2-rest", "binary-all")
 def test_installed_extension_bakes_assigns_and_renders(blender, tmp_path, lights):
     """The file also renders the same in an empty user folder, without the extension and with auto-run off: with lamps
     alone, and by closures with a sky and its sun."""

@@ -20,7 +20,7 @@ from .conftest import chosen_binary
 
 # The mesh in each file that the commands open.
 NAMES = {"snake": "Snake", "card": "Card", "can": "Can", "wall": "Carrier", "disc": "Disc", "shot": "Snake"}
-SIDE, SCAN_M = 128, 65e-6
+SIDE, SCAN_M = 96, 48e-6
 TURNTABLE = """
 output = "turntable"
 [pictures]

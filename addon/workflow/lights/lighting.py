@@ -22,7 +22,8 @@ from ...lamps.find import (
     lamps_of,
     unfollowed_features,
 )
-from ...lamps.follow import counted_lamps, follow_lamps, followed_lamps, is_linked, mark_unlinked
+from ...lamps.follow import counted_lamps, follow_lamps, followed_lamps
+from ...lamps.light_linking import is_linked, mark_unlinked
 from ...lamps.sky import SOURCES_MAX, add_sky_sun, sky_with_disc
 from ...materials.data_pictures import wrong_colours
 from ...materials.group_properties import diffraction_groups

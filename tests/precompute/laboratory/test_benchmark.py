@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from laboratory.speed import page, run
+from laboratory.speed import page, pareto_front
 from laboratory.speed.candidates import _directions
 from laboratory.speed.page import number, summary
+from laboratory.speed.pareto_front import measure_all, pareto
 from laboratory.speed.references import away_from_zero_order, ensemble_truths, exact_series
-from laboratory.speed.run import pareto
 from laboratory.speed.surfaces import QUICK, SKINS, middle, skin, surfaces
-from laboratory.verbs import PACKAGES
+from laboratory.verbs import PACKAGES, benchmark_verb
 from laboratory.verbs import benchmark_verb as verb
 from precompute.cli import parser
 from precompute.colour.observer import wavelengths
@@ -38,7 +38,7 @@ TINY = replace(
 @pytest.fixture(scope="module")
 def facts(tmp_path_factory, matplotlib):
     """The verb's JSON, with its folder and the result behind it."""
-    folder, every, measured, results = tmp_path_factory.mktemp("benchmark"), surfaces, run.run, []
+    folder, every, measured, results = tmp_path_factory.mktemp("benchmark"), surfaces, measure_all, []
 
     def kept(*arguments):
         results.append(measured(*arguments))
@@ -46,8 +46,8 @@ def facts(tmp_path_factory, matplotlib):
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(verb, "QUICK", TINY)
-        patch.setattr(run, "run", kept)
-        patch.setattr(run, "surfaces", lambda *arguments: every(*arguments)[2:])
+        patch.setattr(benchmark_verb, "measure_all", kept)
+        patch.setattr(pareto_front, "surfaces", lambda *arguments: every(*arguments)[2:])
         arguments = ["benchmark", "--quick", "--output", str(folder), "--json", str(folder / "facts.json")]
         assert parser.main([*arguments, "--shared", str(folder), "--progress", "none"], PACKAGES) == 0
     found = json.loads((folder / "facts.json").read_text())

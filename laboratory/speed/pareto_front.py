@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Speed against error: every method on the same surfaces, in one run, so that ratios mean something.
+"""Speed against error: every method on the same surfaces, in one run, so that ratios mean something, and the Pareto
+front of their seconds and errors.
 
 A method is judged by the error metrics of precompute/measure against the reference of its own model of coherence. The
 zero order is left out, because a patch's window and an ensemble's kernel give it different tails. A method is timed on
@@ -7,20 +8,16 @@ directions that all have a different w.
 """
 
 import math
-import os
-import platform
 import time
 from collections.abc import Sequence
 from pathlib import Path
-
-import numpy as np
 
 from precompute.base.failure import GratingError
 from precompute.base.progress import Progress, silent
 
 from .candidates import candidates, judge
 from .references import judges
-from .result import BenchmarkResult, Machine, Refusal, Row
+from .result import BenchmarkResult, Refusal, Row, machine
 from .surfaces import FULL, Effort, skin, surfaces
 
 
@@ -34,24 +31,7 @@ def pareto(points: Sequence[tuple[float, float]]) -> list[int]:
     return front
 
 
-def machine() -> Machine:
-    """The machine that this runs on."""
-    model = platform.processor() or platform.machine()
-    cpus = Path("/proc/cpuinfo")
-    if cpus.is_file():
-        named = [line.split(":", 1)[1].strip() for line in cpus.read_text().splitlines() if line.startswith("model n")]
-        model = named[0] if named else model
-    return Machine(
-        processor=model,
-        cores=os.cpu_count() or 1,
-        system=platform.system(),
-        python=platform.python_version(),
-        numpy=np.__version__,
-        load=f"{os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else "unknown",
-    )
-
-
-def run(effort: Effort, shared: Path, progress: Progress = silent) -> BenchmarkResult:
+def measure_all(effort: Effort, shared: Path, progress: Progress = silent) -> BenchmarkResult:
     """The whole benchmark. `shared` is the folder in which the real scans are looked for."""
     started = time.perf_counter()
     scan, xenopeltis = skin(shared, "elaphe"), skin(shared, "xenopeltis")
