@@ -71,7 +71,7 @@ _KERNELS = 8e-6, 1.0
 _SCALES = 1e-35, 1e15
 # The functions of w are at most 1 over their range, so the coefficients of their polynomials are at most 4 / pi.
 _COEFFICIENT_MAX = 1.5
-# The ratio form sends back at most 1.65 times the light on the steepest gratings that were tried (docs/theory.md).
+# The ratio form sends back at most 1.58 times the light on the steepest gratings that were tried (docs/theory.md).
 _ALBEDO_MAX = 16.0
 # The least width of a range of w.
 _W_WIDTH_MIN = 1e-3
