@@ -66,7 +66,8 @@ def test_a_bake_is_assigned_without_any_package(scene, baked, spoil, state):
 
 @pytest.mark.night("tests/addon/operators/test_operators.py")
 @pytest.mark.parametrize("state", STATES)
-def test_a_bake_without_openexr_is_one_line(scene, tmp_path, spoilt_child, state):
+def test_a_bake_without_openexr_is_one_line(scene, tmp_path, spoilt_child, state, monkeypatch):
+    monkeypatch.setenv("NATURAL_GRATINGS_CACHE", str(tmp_path / "cache"))  # a bake from the cache needs no OpenEXR
     spoilt_child(state, "OpenEXR")
     bpy.ops.grating.import_height_map(filepath="sample:cd")
     with pytest.raises(RuntimeError, match=f"^Error: OpenEXR: {FAULTS[state]}; {REMEDY}$"):
