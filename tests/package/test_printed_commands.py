@@ -35,8 +35,8 @@ objects = ["Snake"]
 """
 # A real Blender where there is one, else a wheel.
 BLENDER = "binary" if chosen_binary() else "bpy-5.2"
-# Programs and verbs that other tests run, that take hours, or that are not ours.
-_ELSEWHERE = {"bench", "demo", "test", "benchmark", "extension", "asset_listing"}
+# Programs, verbs and models that other tests run, that take long, or that are not ours.
+_ELSEWHERE = {"bench", "demo", "test", "benchmark", "extension", "asset_listing", "check", "patch"}
 
 
 def commands(page: Path) -> list[list[str]]:
