@@ -56,7 +56,7 @@ def test_verbs_understand_the_commands_that_pages_print(addon):
     for words in lines:
         arguments = words[words.index("grating") + 1 :]
         addon.commands.build_parser(arguments).parse_args(arguments)
-    assert len(lines) > 30
+    assert {words[words.index("grating") + 1] for words in lines} >= set(addon.commands.VERBS) - {"import"}
 
 
 def test_no_verb_runs_on_another_file_than_the_one_asked_for(addon, scene, tmp_path, capfd, monkeypatch):
