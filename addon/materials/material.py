@@ -107,7 +107,7 @@ def add_diffraction(material: bpy.types.Material, group: bpy.types.NodeTree) -> 
 
 def remove_diffraction(material: bpy.types.Material) -> None:
     """Remove diffraction from a material and restore its previous state."""
-    from .holograms.hologram_nodes import remove_hologram
+    from .holograms.hologram_nodes import remove_hologram  # most sessions begin without it
 
     for node in diffraction_nodes(material):
         remove_hologram(node)

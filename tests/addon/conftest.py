@@ -33,9 +33,11 @@ def _verbs_have_no_window(request, monkeypatch):
 
 
 @pytest.fixture
-def scene(first_engine):
+def scene(addon, first_engine):
     """The scene, emptied except for a plane (selected, with its UV map) and a sun."""
     import bpy
+
+    from tests.clean_scene import put_back
 
     data = bpy.data
     for collection in (data.objects, data.meshes, data.lights, data.materials, data.node_groups, data.images):
@@ -44,7 +46,7 @@ def scene(first_engine):
     data.batch_remove([other for other in data.scenes if other != scene])
     scene.render.engine = first_engine
     scene.cycles.property_unset("samples")
-    scene.render.property_unset("film_transparent")
+    put_back(addon, scene)
     scene.eevee.taa_render_samples = 64  # cannot be unset
     scene.natural_gratings.items.clear()
     scene.natural_gratings.active_index = 0

@@ -58,7 +58,8 @@ def set_up():
 def show():
     scene = bpy.context.scene
     scene.render.engine = "BLENDER_EEVEE"
-    scene.eevee.taa_samples, scene.eevee.use_shadows, scene.world.probe_resolution = 1, False, "128"
+    scene.eevee.taa_samples = 1
+    scene.eevee.use_shadows, scene.world.probe_resolution = False, "128"  # both take seconds, and nothing shows them
     scene.render.resolution_x = scene.render.resolution_y = 160
     scene.view_settings.view_transform = "Standard"
     scene.render.image_settings.file_format = "PNG"

@@ -15,6 +15,7 @@ import bpy
 sys.path.append(str(Path(__file__).resolve().parents[2]))
 
 from devtools.window.hands import play
+from tests.clean_scene import dark_world
 
 BAKE, FOLDER = map(Path, sys.argv[sys.argv.index("--") + 1 :])
 # Seconds for the window to draw.
@@ -38,10 +39,7 @@ def set_view():
     scene.render.engine = "BLENDER_EEVEE_NEXT" if bpy.app.version < (5, 0) else "BLENDER_EEVEE"
     scene.eevee.taa_samples = scene.eevee.taa_render_samples = 4
     scene.eevee.use_shadows = False  # nothing casts one; a shadow map costs half a second a sample
-    scene.world = bpy.data.worlds.new("Dark")
-    scene.world.color, scene.world.probe_resolution = (0, 0, 0), "128"  # a large probe costs a second a picture
-    if scene.world.node_tree:
-        scene.world.node_tree.nodes.clear()
+    scene.world = dark_world()
     scene.render.resolution_x = scene.render.resolution_y = 160
     scene.view_settings.view_transform = "Standard"
     scene.render.image_settings.file_format = "PNG"

@@ -112,18 +112,15 @@ class Stage:
 
     @contextmanager
     def _dark_world(self):
-        """Give a scene without a world a black one with a small reflection probe while it renders. EEVEE makes a probe
-        of 2048 x 2048 without a world too."""
+        """Give a scene without a world a dark one while it renders."""
         import bpy
+
+        from tests.clean_scene import dark_world
 
         if self.scene.world is not None:
             yield
             return
-        self.scene.world = dark = bpy.data.worlds.new("Dark")
-        dark.color = (0, 0, 0)
-        dark.probe_resolution = "128"
-        if dark.node_tree:
-            dark.node_tree.nodes.clear()
+        self.scene.world = dark = dark_world()
         yield
         bpy.data.worlds.remove(dark)
 
@@ -155,8 +152,11 @@ def stage(addon, tmp_path) -> Stage:
     """An empty, dark scene."""
     import bpy
 
+    from tests.clean_scene import put_back
+
     scene = bpy.context.scene
     clear(addon, scene)
+    put_back(addon, scene)
     for name in ("seed", "max_bounces"):  # tests change them
         scene.cycles.property_unset(name)
     return Stage(addon, tmp_path, scene)

@@ -161,8 +161,6 @@ def test_a_file_set_to_video_at_half_size_renders_a_whole_picture(addon, scene, 
     size = ["--width", "32", "--height", "16", "--samples", "1", "--engine", "cycles"]
     assert addon.commands.execute(["render", "-o", str(picture), *size]) == 0
     assert Image.open(picture).size == (32, 16)
-    addon.compat.write_pictures(settings, "PNG")  # what renders after this test renders pictures
-    scene.render.resolution_percentage = 100
 
 
 @pytest.mark.night("test_places_that_cannot_be_written")

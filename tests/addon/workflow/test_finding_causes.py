@@ -171,7 +171,6 @@ def test_light_groups_without_the_diffraction_are_named(addon, scene, colourful)
     assert addon.finding_causes.findings(bpy.context).summary.startswith("Nothing is wrong: ")
     colourful.lightgroup = "Suns"
     assert kinds(addon) == []
-    bpy.ops.scene.view_layer_remove_lightgroup()  # the next test has the same view layer
 
 
 def test_before_a_grating_is_assigned(addon, scene, grating):

@@ -15,7 +15,7 @@ from laboratory.speed.page import number, summary
 from laboratory.speed.pareto_front import measure_all, pareto
 from laboratory.speed.references import away_from_zero_order, ensemble_truths, exact_series
 from laboratory.speed.surfaces import QUICK, SKINS, middle, skin, surfaces
-from laboratory.verbs import PACKAGES, benchmark_verb
+from laboratory.verbs import PACKAGES
 from laboratory.verbs import benchmark_verb as verb
 from precompute.cli import parser
 from precompute.colour.observer import wavelengths
@@ -46,7 +46,7 @@ def facts(tmp_path_factory, matplotlib):
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(verb, "QUICK", TINY)
-        patch.setattr(benchmark_verb, "measure_all", kept)
+        patch.setattr(verb, "measure_all", kept)
         patch.setattr(pareto_front, "surfaces", lambda *arguments: every(*arguments)[2:])
         arguments = ["benchmark", "--quick", "--output", str(folder), "--json", str(folder / "facts.json")]
         assert parser.main([*arguments, "--shared", str(folder), "--progress", "none"], PACKAGES) == 0
