@@ -80,7 +80,7 @@ def launch_binary(binary: Path, arguments: Sequence[str]) -> Launch:
     """How to start a real Blender, with a user folder under .env that links the working tree as its extension."""
     if has_own_user_folder():
         return Launch([str(binary), *arguments])
-    fetch_wheels(environments.require(environments.PY311))
+    fetch_wheels(environments.require(environments.BPY45))
     user = ENVIRONMENTS / "blender-user"
     link_extension(user, wheels=True)
     addons = [] if "--factory-startup" in arguments else ["--addons", EXTENSION]

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from . import ROOT, DevError, blender, chroot, environments, machine, mutants, packages, release, suites
-from .environments import ALL, LINT, PY311, Environment
+from .environments import ALL, BPY45, LINT, Environment
 from .steps import become, clean_environment, project_environment
 from .window import walk
 
@@ -40,7 +40,7 @@ verbs:
 
 def chosen(options: argparse.Namespace) -> Environment:
     """The environment for --bpy; by default that of Blender 4.5."""
-    return next((one for one in ALL if one.blender_version == options.bpy), PY311)
+    return next((one for one in ALL if one.blender_version == options.bpy), BPY45)
 
 
 def verb_parser(verb: str, description: str) -> argparse.ArgumentParser:
@@ -73,7 +73,7 @@ def _run_scenes(verb: str, description: str, options: argparse.Namespace, argume
 
 def test(options: argparse.Namespace, arguments: list[str]) -> int:
     if {"-h", "--help"} & set(arguments):
-        print("usage: ./dev [--bpy 4.5|5.2] test [--all | --changed | PATH ...] [--clock] [PYTEST OPTIONS]")
+        print("usage: ./dev [--bpy 4.5|5.2|5.3] test [--all | --changed | PATH ...] [--clock] [PYTEST OPTIONS]")
         print("Without --all and paths: the short set, which CI runs. A path runs all of its tests.")
         print("--changed: the rooms that differ from the last commit, and those that import them, in one Blender.")
         print("--clock writes seconds of each test and phase into .env/reports/SUITE.clock, a JSON object a line.")
@@ -142,7 +142,7 @@ def build(_: argparse.Namespace, arguments: list[str]) -> int:
     parser.add_argument("--output", type=Path, default=ROOT / "dist", help="default: dist")
     parser.add_argument("--lock", action="store_true", help="record the wheels' hashes instead of checking them")
     own = parser.parse_args(arguments)
-    for package in packages.build(environments.require(PY311), own.output, own.lock):
+    for package in packages.build(environments.require(BPY45), own.output, own.lock):
         print(f"{package} ({package.stat().st_size / 1e6:.1f} MB)")
     return 0
 
@@ -156,14 +156,14 @@ def make_release(_: argparse.Namespace, arguments: list[str]) -> int:
     own = parser.parse_args(arguments)
     if own.website and not own.website.startswith("https://"):
         raise DevError(f"--website {own.website}: is no address; remedy: begin it with https://")
-    environment = environments.require(PY311)
+    environment = environments.require(BPY45)
     for path in release.release(environment, own.output.absolute(), website=own.website, tag=own.tag):
         print(f"{path} ({path.stat().st_size / 1e6:.1f} MB)" if path.suffix == ".zip" else path)
     return 0
 
 
 def grating(_: argparse.Namespace, arguments: list[str]) -> NoReturn:
-    environment = environments.require(PY311)
+    environment = environments.require(BPY45)
     own = {path.stem.removesuffix("_verb") for path in (ROOT / "laboratory" / "verbs").glob("[a-z]*.py")}
     # The laboratory's program lists the verbs of both.
     package = "laboratory" if not arguments or arguments[0] in {*own, "-h", "--help"} else "precompute"

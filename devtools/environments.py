@@ -43,9 +43,10 @@ class Environment:
         return packages / "bpy" / self.blender_version
 
 
-PY311 = Environment("py311-bpy45", "3.11", "4.5")
-PY313 = Environment("py313-bpy52", "3.13", "5.2")
-ALL = (PY311, PY313)
+BPY45 = Environment("py311-bpy45", "3.11", "4.5")
+BPY52 = Environment("py313-bpy52", "3.13", "5.2")
+BPY53 = Environment("py313-bpy53", "3.13", "5.3")
+ALL = (BPY45, BPY52, BPY53)
 LINT = Environment("lint", "3.11")
 
 
@@ -100,7 +101,7 @@ def ensure(*wanted: Environment) -> list[Environment]:
     with one_at_a_time():
         missing = [environment for environment in wanted if not is_ready(environment)]
         bases = {environment: find_python(environment.python_version) for environment in missing}
-        if any(one.python_version == PY311.python_version and bases[one] is None for one in missing):
+        if any(one.python_version == BPY45.python_version and bases[one] is None for one in missing):
             remedy = "apt-get install python3.11 python3.11-venv (Debian 12), or pyenv install 3.11"
             raise DevError(f"Python 3.11 not found; remedy: {remedy}")
         absent = [environment for environment in missing if bases[environment] is None]

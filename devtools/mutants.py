@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from . import ROOT, DevError
-from .environments import ALL, PY311, Environment, require
+from .environments import ALL, BPY45, Environment, require
 from .steps import clean_environment, say
 
 LIST = Path(__file__).with_name("mutants.toml")
@@ -29,7 +29,7 @@ class Mutant:
     old: str
     new: str
     tests: list[str]
-    blender: str = PY311.blender_version
+    blender: str = BPY45.blender_version
 
     @property
     def environment(self) -> Environment:

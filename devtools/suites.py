@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 
 from . import ENVIRONMENTS, ROOT
 from .changed import affected_tests, changed_files
-from .environments import PY311, PY313, Environment
+from .environments import BPY45, BPY52, BPY53, Environment
 from .steps import project_environment, run_together, running, say
 
 NO_TESTS_COLLECTED = 5
@@ -22,13 +22,15 @@ NO_TESTS_COLLECTED = 5
 LIMIT_SECONDS = 80 * 60
 # Folder of tests/ and environment of each suite, the slowest first, so that both workers end at about the same time.
 SUITES = (
-    ("addon", PY313),
-    ("render", PY313),
-    ("precompute", PY311),
-    ("package", PY311),
-    ("addon", PY311),
-    ("render", PY311),
-    ("precompute", PY313),
+    ("addon", BPY53),
+    ("render", BPY53),
+    ("precompute", BPY45),
+    ("package", BPY45),
+    ("addon", BPY45),
+    ("render", BPY45),
+    ("addon", BPY52),
+    ("render", BPY52),
+    ("precompute", BPY53),
 )
 FOLDERS = tuple(dict.fromkeys(name for name, _ in SUITES))
 # Tests of precompute that also run under the newer Python and NumPy, because results may differ between versions. The
@@ -40,9 +42,9 @@ PRECOMPUTE_SHORT = (
     "surface/test_against_gwyddion.py", "surface/test_hdf5.py", "surface/test_pictures.py", "surface/test_readers.py",
     "surface/test_x3p.py", "table", "maths", "colour", "spectra", "bake/test_golden.py", "bake/test_cache.py",
 )  # fmt: skip
-# What a short run tests in the older Blender: what differs between versions. One test or more for each kind of node,
-# lamp and shader, and what appends, links and follows. The night runs every file, without what is marked for the night,
-# which the newer Blender runs; if the older Blender is asked for alone, it runs that too.
+# What a short run tests in the older Blenders: what differs between versions. One test or more for each kind of node,
+# lamp and shader, and what appends, links and follows. In the oldest Blender the night runs every file, without what is
+# marked for the night, which the newest Blender runs; if an older Blender is asked for alone, it runs that too.
 RENDER_SHORT = (
     "test_lamps.py", "test_shadows.py", "test_osl_direct.py", "test_brought_over.py",
 )  # fmt: skip
@@ -54,11 +56,15 @@ ADDON_SHORT = (
     "workflow/test_restoring_bakes.py",
 )  # fmt: skip
 # Suites that run only these parts in an environment, always or in a short run.
-AGAIN = {("precompute", PY313): PRECOMPUTE_AGAIN}
+AGAIN = {
+    ("precompute", BPY53): PRECOMPUTE_AGAIN,
+    ("render", BPY52): RENDER_SHORT,
+    ("addon", BPY52): ADDON_SHORT,
+}
 SHORT = {
-    ("render", PY311): RENDER_SHORT,
-    ("addon", PY311): ADDON_SHORT,
-    ("precompute", PY313): PRECOMPUTE_SHORT,
+    ("render", BPY45): RENDER_SHORT,
+    ("addon", BPY45): ADDON_SHORT,
+    ("precompute", BPY53): PRECOMPUTE_SHORT,
 }
 
 
@@ -201,7 +207,7 @@ def run(environments: Sequence[Environment], arguments: Sequence[str], blender: 
     suites = [
         partial(
             run_suite, name, environment, targets, variables=variables,
-            options=options + ["--short"] * (both and environment == PY311 and name in ("addon", "render")),
+            options=options + ["--short"] * (both and environment != BPY53 and name in ("addon", "render")),
         )
         for name, environment, targets in wanted
     ]  # fmt: skip

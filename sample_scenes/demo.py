@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from devtools import ROOT, blender
-from devtools.environments import ALL, PY311
+from devtools.environments import ALL, BPY45
 from devtools.steps import clean_environment
 from precompute.cli.arguments import count
 from precompute.cli.parser import OneLineParser
@@ -235,7 +235,7 @@ def start_blender(arguments, command: list[str]) -> blender.Launch:
     binary = arguments.blender or (None if arguments.bpy else blender.find_binary())
     if binary:
         return blender.launch_binary(binary, command)
-    environment = next((e for e in ALL if e.blender_version == arguments.bpy), PY311)
+    environment = next((e for e in ALL if e.blender_version == arguments.bpy), BPY45)
     return blender.launch_shim(environment, command)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""All differences between Blender versions 4.5 to 5.2."""
+"""All differences between Blender versions 4.5 to 5.3."""
 
 import bpy
 

@@ -20,7 +20,7 @@ _LIMIT_SECONDS = 1200
 def walk(binary: Path, folder: Path) -> list[Path]:
     """Walk with a Blender binary and this working tree as its extension. Returns the pictures, which replace those of
     an earlier walk in `folder`. Raises DevError if a station does not show what it should."""
-    fetch_wheels(environments.require(environments.PY311))
+    fetch_wheels(environments.require(environments.BPY45))
     folder.mkdir(parents=True, exist_ok=True)
     for former in folder.glob("[0-9][0-9]_*.png"):
         former.unlink()
@@ -40,7 +40,7 @@ def walk(binary: Path, folder: Path) -> list[Path]:
 def first_hour(binary: Path, folder: Path) -> list[Path]:
     """Walk through an artist's first hour: the built package, installed into an empty profile, on a small screen.
     Returns the pictures. Raises DevError as walk does."""
-    environment = environments.require(environments.PY311)
+    environment = environments.require(environments.BPY45)
     folder.mkdir(parents=True, exist_ok=True)
     for former in folder.glob("[0-9][0-9]_*.png"):
         former.unlink()

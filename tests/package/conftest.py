@@ -19,7 +19,7 @@ from devtools.steps import clean_environment
 def built(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """The zip of each platform, by the platform's name in the file name: linux_x64, ..."""
     folder = tmp_path_factory.mktemp("packages")
-    paths = packages.build(environments.require(environments.PY311), folder)
+    paths = packages.build(environments.require(environments.BPY45), folder)
     return {path.stem.rpartition("-")[2]: path for path in paths}
 
 
@@ -81,8 +81,8 @@ def binary_command() -> tuple[str, ...]:
 
 
 COMMANDS = {
-    "bpy-4.5": lambda: bpy_command(environments.PY311),
-    "bpy-5.2": lambda: bpy_command(environments.PY313),
+    "bpy-4.5": lambda: bpy_command(environments.BPY45),
+    "bpy-5.3": lambda: bpy_command(environments.BPY53),
     "binary": binary_command,
 }
 

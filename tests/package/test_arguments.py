@@ -3,7 +3,7 @@
 
 import pytest
 
-from devtools.environments import dependency_group
+from devtools.environments import ALL, dependency_group
 from devtools.packages import downloads
 from devtools.suites import split_arguments
 
@@ -27,7 +27,7 @@ ENDINGS = {
 
 
 # Of the binary the night asks whether the list is still right; the other wheel has the same shim.
-@pytest.mark.short("bpy-5.2")
+@pytest.mark.short("bpy-5.3")
 @pytest.mark.parametrize("case", ENDINGS)
 def test_exit_status_is_that_of_the_binary(empty_blender, case):
     arguments, status, goes_on = ENDINGS[case]
@@ -36,7 +36,7 @@ def test_exit_status_is_that_of_the_binary(empty_blender, case):
     assert ("went on" in answer.stdout) == goes_on
 
 
-@pytest.mark.short("bpy-5.2")
+@pytest.mark.short("bpy-5.3")
 def test_script_sees_its_arguments_after_the_dashes(empty_blender):
     tell = "import sys; print('own:', sys.argv[sys.argv.index('--') + 1:])"
     assert "own: ['a', '--b']" in empty_blender.run("--background", "--python-expr", tell, "--", "a", "--b")
@@ -79,8 +79,7 @@ def test_downloads_are_one_for_each_python_system_and_machine():
 
 
 def test_every_requirement_is_pinned():
-    groups = ("py311-bpy45", "py313-bpy52")
-    assert not [pin for group in groups for pin in dependency_group(group) if "==" not in pin]
+    assert not [pin for one in ALL for pin in dependency_group(one.name) if "==" not in pin]
 
 
 def test_pytest_arguments_are_told_from_paths():

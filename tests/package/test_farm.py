@@ -90,7 +90,7 @@ def done(process: subprocess.Popen) -> str:
     return output
 
 
-@pytest.mark.short("bpy-5.2")
+@pytest.mark.short("bpy-5.3")
 def test_no_picture_is_rendered_twice(alone):
     """Killed and started again. The kill may come after a picture's record and before its line in the log."""
     lines = [line for log in alone.glob("logs/*.jsonl") for line in log.read_text().splitlines()]

@@ -40,7 +40,7 @@ def test_commands_of_the_installed_extension_answer(blender):
     assert "grating" in blender.run("--background", "--command", "help")
 
 
-@pytest.mark.short("bpy-5.2")
+@pytest.mark.short("bpy-5.3")
 def test_installed_extension_runs_nothing_of_the_working_folder(blender, tmp_path):
     """Neither Blender nor the baking process runs it."""
     (tmp_path / "folder").mkdir()
@@ -54,10 +54,10 @@ def test_installed_extension_runs_nothing_of_the_working_folder(blender, tmp_pat
 
 @pytest.mark.parametrize(
     "blender, lights",
-    [("bpy-4.5", "lamps"), ("bpy-4.5", "rest"), ("bpy-5.2", "rest"), ("binary", "all")],
+    [("bpy-4.5", "lamps"), ("bpy-4.5", "rest"), ("bpy-5.3", "rest"), ("binary", "all")],
     indirect=["blender"],
 )
-@pytest.mark.short("5.2-rest", "binary-all")
+@pytest.mark.short("5.3-rest", "binary-all")
 def test_installed_extension_bakes_assigns_and_renders(blender, tmp_path, lights):
     """The file also renders the same in an empty user folder, without the extension and with auto-run off: with lamps
     alone, and by closures with a sky and its sun."""

@@ -29,7 +29,7 @@ def remove_package(user_folder: Path, module: str) -> None:
 
 
 @pytest.mark.parametrize("module", PACKAGES)
-@pytest.mark.short("bpy-5.2-OpenEXR", "OpenEXR-bpy-5.2")
+@pytest.mark.short("bpy-5.3-OpenEXR", "OpenEXR-bpy-5.3")
 def test_the_extension_without_a_package_is_enabled_and_says_so_once(blender, without_packages, tmp_path, module):
     shutil.copytree(blender.user_folder, tmp_path / "user", symlinks=True)
     remove_package(tmp_path / "user", module)

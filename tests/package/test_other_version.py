@@ -16,7 +16,7 @@ from precompute.table import atlas
 from .conftest import Blender
 
 HERE = Path(__file__).parent
-VERSIONS = ("bpy-4.5", "bpy-5.2")
+VERSIONS = ("bpy-4.5", "bpy-5.3")
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +42,7 @@ def halves(picture: Path) -> tuple[np.ndarray, np.ndarray]:
     return colours[:, :middle], colours[:, middle:]
 
 
-@pytest.mark.short("bpy-4.5-bpy-5.2")
+@pytest.mark.short("bpy-4.5-bpy-5.3")
 @pytest.mark.parametrize(("saves", "opens"), [VERSIONS, VERSIONS[::-1]])
 def test_a_file_of_another_version_shows_the_same(blenders, blazed, tmp_path, saves, opens):
     """4.5 has no Raycast node: its highlights had half of their light. 5.2 runs no script, so nothing was shaded."""

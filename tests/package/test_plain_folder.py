@@ -33,7 +33,7 @@ def test_it_is_listed_drawn_and_used(blender, tmp_path):
     assert (tmp_path / "plane.blend").is_file()
 
 
-@pytest.mark.short("bpy-5.2")
+@pytest.mark.short("bpy-5.3")
 def test_its_command_works_and_says_once_what_is_missing(blender, tmp_path):
     answer = blender.start("--background", "--addons", MODULE, "--command", "grating", "assign", "--help")
     assert answer.returncode == 0, answer.stderr

@@ -34,7 +34,7 @@ delta_e = 6
 objects = ["Snake"]
 """
 # A real Blender where there is one, else a wheel.
-BLENDER = "binary" if chosen_binary() else "bpy-5.2"
+BLENDER = "binary" if chosen_binary() else "bpy-5.3"
 # Programs and verbs that other tests run, that take hours, or that are not ours.
 _ELSEWHERE = {"bench", "demo", "test", "benchmark", "extension", "asset_listing"}
 

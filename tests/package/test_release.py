@@ -28,7 +28,7 @@ from pathlib import Path
 sys.path.insert(0, {checkout!r})
 from devtools import environments, packages, release
 packages.ENVIRONMENTS = environments.ENVIRONMENTS = Path({environments!r})
-for path in release.release(environments.PY311, Path({output!r}), website={website!r}, tag=True):
+for path in release.release(environments.BPY45, Path({output!r}), website={website!r}, tag=True):
     print(path)
 """
 
@@ -91,7 +91,7 @@ def test_a_version_with_a_tag_is_refused(small):
 
 def test_a_folder_that_holds_files_is_refused(small, tmp_path):
     with pytest.raises(DevError, match="is not empty; remedy: give --output a new folder"):
-        release.release(environments.PY311, tmp_path)
+        release.release(environments.BPY45, tmp_path)
 
 
 def test_a_website_that_is_no_address_is_refused(capsys):
@@ -145,7 +145,7 @@ def test_a_release_s_zips_differ_from_a_build_s_only_in_the_website(released, bu
             changed = [name for name in plain.namelist() if plain.read(name) != made.read(name)]
             assert changed == ["blender_manifest.toml"]
             assert tomllib.loads(made.read(changed[0]).decode())["website"] == WEBSITE
-        packages.validate(folder / path.name, environments.PY311)
+        packages.validate(folder / path.name, environments.BPY45)
 
 
 class Quiet(SimpleHTTPRequestHandler):
