@@ -234,7 +234,9 @@ def remove_partial(folder: Path, machine: str = "*") -> None:
     lives keeps its folder, unless it is on another machine and the file server forwards no locks."""
     for left in folder.glob(f".{_PARTIAL}.{machine}.*.partial"):
         with contextlib.suppress(OSError):
-            if (left / _LOCK).is_file() and (lock := try_lock(left / _LOCK)):
+            if not (left / _LOCK).is_file():
+                left.rmdir()  # of a process killed while it removed the folder; one that just made it tries once more
+            elif lock := try_lock(left / _LOCK):
                 lock.close()
                 shutil.rmtree(left)
 

@@ -120,16 +120,17 @@ def test_a_cut_picture_is_no_picture(addon, job, tmp_path, monkeypatch, capfd):
 
 
 def test_a_task_removes_what_a_killed_task_left(addon, job, tmp_path):
-    """On its own machine, and not the folder of a task that lives."""
+    """On its own machine, and not the folder of a task that lives. The third was killed while it removed its folder."""
     assert addon.commands.execute(["job", str(job), "--step", "bake"]) == 0
     folder, name = tmp_path / "out" / "pictures", addon.worker.machine_name()
-    left = [folder / f".picture.{name}.abcdefg{number}..partial" for number in (1, 2)]
+    left = [folder / f".picture.{name}.abcdefg{number}..partial" for number in (1, 2, 3)]
     for each in left:
         each.mkdir(parents=True)
+    for each in left[:2]:
         (each / ".lock").touch()
     with try_lock(left[0] / ".lock"):
         assert addon.worker.main([str(tmp_path / "out" / "scenes" / "waves.json"), "--task", "1"]) == 0
-    assert [each.exists() for each in left] == [True, False]
+    assert [each.exists() for each in left] == [True, False, False]
 
 
 def test_without_pillow_a_job_leaves_out_its_contact_sheet(addon, job, tmp_path, monkeypatch, capfd):

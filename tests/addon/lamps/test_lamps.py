@@ -260,7 +260,7 @@ def test_a_change_that_drivers_follow_builds_nothing(addon, scene, material, mon
 
 def test_nodes_hold_what_the_scene_notes(addon, scene, material):
     """For a lamp, which drivers follow, and for a property that a script writes and announces."""
-    addon.lamp_group.read_property(addon.builder.Tree(material), "ng_world_0_place")
+    addon.lamp_group.read_property(addon.builder.Tree(material), "ng_written")
 
     def nodes(label: str) -> list[bpy.types.Node]:
         bpy.context.view_layer.update()
@@ -268,7 +268,7 @@ def test_nodes_hold_what_the_scene_notes(addon, scene, material):
         return sorted((node for node in evaluated.nodes if node.label == label), key=lambda node: node.type)
 
     def source() -> list[float]:
-        vector, number = nodes("ng_world_0_place")
+        vector, number = nodes("ng_written")
         return [*(socket.default_value for socket in vector.inputs), number.outputs[0].default_value]
 
     def lamp(what: str) -> list[float]:
@@ -276,7 +276,7 @@ def test_nodes_hold_what_the_scene_notes(addon, scene, material):
         return [*node.inputs[what].default_value, node.inputs[f"{what} 4"].default_value]
 
     assert source() == [0, 0, 0, 0]
-    scene["ng_world_0_place"] = [0.0, 0.6, 0.8, -1.5]
+    scene["ng_written"] = [0.0, 0.6, 0.8, -1.5]
     scene.update_tag()
     assert source() == pytest.approx([0, 0.6, 0.8, -1.5])
     bpy.data.objects["Sun"].rotation_euler = (math.pi / 2, 0, 0)
