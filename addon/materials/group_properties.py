@@ -28,6 +28,8 @@ SPECTRA, SOURCE_SPECTRA = "ng_spectra", "ng_source_spectra"
 SOURCES = "ng_sources"
 # The number of sources that the group reads, and the bytes of its constants.
 READ, CONSTANTS = "ng_sources_read", "ng_constants"
+# The number of its nodes, and how many of them look up pictures.
+SIZE = "ng_size"
 # The source of the tangent.
 FRAME = "ng_frame"
 # How the grating varies over the surface.

@@ -16,7 +16,7 @@ from ..gratings.material_look import BASE_COLOR, BASE_ROUGHNESS
 from ..gratings.wording import translated
 from ..lamps.follow import lamp_count
 from ..nodes.builder import Tree
-from ..nodes.interface import GROUP_WIDTH, ROOM, arrange, constant_bytes
+from ..nodes.interface import GROUP_WIDTH, ROOM, arrange, size_of
 from .group_properties import diffraction_groups, is_diffraction, lamps_in
 from .pictures import pictures_of
 from .response import own_trees
@@ -221,7 +221,7 @@ def _shows_diffraction(output: bpy.types.Node) -> bool:
 
 def overfull(materials: Iterable[bpy.types.Material]) -> list[str]:
     """One warning line for each material that has too many constants for EEVEE."""
-    return [too_large(each.name) for each in materials if constant_bytes(each.node_tree) > ROOM]
+    return [too_large(each.name) for each in materials if size_of(each.node_tree).constant_bytes > ROOM]
 
 
 # The number of object names that fit into a line of the panel.

@@ -33,6 +33,7 @@ import bpy
 
 from ..blender import stored
 from ..gratings.grating import LAMPS_ONLY, REST, Variation
+from ..gratings.wording import translated
 from ..lamps.follow import coloured_lamps, followed_lamps, lamp_count, left_out_count
 from ..lamps.light_linking import is_linked
 from ..lamps.sky import coloured_sources, source_count
@@ -41,11 +42,11 @@ from ..nodes.interface import (
     ROOM,
     Socket,
     add_interface,
-    constant_bytes,
     has_parts,
     has_sockets,
     note_parts,
     restore_interface,
+    size_of,
 )
 from . import group_properties
 from .group_properties import (
@@ -240,13 +241,14 @@ def fill_group(
     read = sources
     while True:
         make_nodes(group, responses, lamps, sources=read)
-        held = constant_bytes(group)
-        excess = held - (ROOM - _LEFT)
+        size = size_of(group)
+        excess = size.constant_bytes - (ROOM - _LEFT)
         if excess <= 0 or read == 0 or lights_of(group) != REST:
             break
         # One source takes at most its share of the constants, so this removes no more sources than necessary.
-        read -= min(read, math.ceil(excess / held * (len(lamps) + read)))
-    group[group_properties.READ], group[group_properties.CONSTANTS] = read, held
+        read -= min(read, math.ceil(excess / size.constant_bytes * (len(lamps) + read)))
+    group[group_properties.READ], group[group_properties.CONSTANTS] = read, size.constant_bytes
+    group[group_properties.SIZE] = [float(size.nodes), float(size.look_ups)]
     arrange(group)
     note_parts(group)
 
@@ -263,6 +265,28 @@ def crowded(group: bpy.types.NodeTree) -> list[str]:
         return []
     told = f"{left_out} of the world's {sources} bright spots are noisy, because EEVEE has no room for them"
     return [f"{group.name}: {told}; {_REMEDY}"]
+
+
+# With 68 look-ups (a snake of two gratings under three suns) a further sample took a graphics card (NVIDIA H200) 8
+# times as long as a metal's; with 22 (a disc under one) twice.
+_HEAVY_LOOK_UPS = 40
+
+
+def cost_of(group: bpy.types.NodeTree) -> str:
+    """A line that tells what a Diffraction group costs in each sample; empty if that is not noted."""
+    noted = stored.numbers(group, group_properties.SIZE, 2)
+    if noted is None:
+        return ""
+    nodes, look_ups = map(int, noted)
+    return translated("Nodes: {nodes}, {look_ups} of them look-ups", nodes=nodes, look_ups=look_ups)
+
+
+def heavy(group: bpy.types.NodeTree) -> list[str]:
+    """A line if a Diffraction group takes a graphics card several times as long as a metal."""
+    _, look_ups = stored.numbers(group, group_properties.SIZE, 2) or (0.0, 0.0)
+    if look_ups <= _HEAVY_LOOK_UPS:
+        return []
+    return [f"{group.name}: slow on a graphics card, by its {look_ups:.0f} look-ups a sample; {_REMEDY}"]
 
 
 def too_large(name: str) -> str:

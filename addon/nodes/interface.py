@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sockets, order and completeness of a node group, and the bytes that a material's constants take in EEVEE.
+"""The sockets, order and completeness of a node group, and its size: nodes, look-ups, and the bytes of constants
+in EEVEE.
 
 An artist may delete nodes and links, so a group stores how many it was made with."""
 
@@ -171,6 +172,7 @@ def lost_in(tree: bpy.types.NodeTree) -> str:
 ROOM = 65536
 _OUTPUTS = {"GROUP_OUTPUT", "OUTPUT_MATERIAL", "OUTPUT_AOV"}
 _KINDS = {"VALUE": "VALUE", "INT": "VALUE", "BOOLEAN": "VALUE", "VECTOR": "VECTOR", "RGBA": "RGBA"}
+_NO_NODES = {"GROUP", "GROUP_INPUT", "REROUTE"}
 # Numbers that a node holds besides its sockets: EEVEE mixes shaders by Math nodes; Texture Coordinate has a matrix.
 _BESIDES = {"MIX_SHADER": 6, "ADD_SHADER": 2, "TEX_COORD": 16, "VALUE": 1, "RGB": 4}
 
@@ -178,17 +180,28 @@ _BESIDES = {"MIX_SHADER": 6, "ADD_SHADER": 2, "TEX_COORD": 16, "VALUE": 1, "RGB"
 _EVALUATED = {"MATH", "VECT_MATH", "MIX", "COMBXYZ", "SEPXYZ"} if compat.EEVEE_EVALUATES_CONSTANTS else set()
 
 
-def constant_bytes(tree: bpy.types.NodeTree) -> int:
-    """The bytes of constants of a material's node tree, or of a material that contains only this group."""
-    found = _constants(tree, None, None, {})
-    return 16 * (found["RGBA"] + found["VECTOR"]) + 4 * max(0, found["VALUE"] - found["VECTOR"])
+@dataclass(frozen=True)
+class Size:
+    """What a material's node tree, or a material that contains only this group, costs in each sample: its nodes, how
+    many of them look up pictures, and in EEVEE the bytes of its constants."""
+
+    nodes: int
+    look_ups: int
+    constant_bytes: int
 
 
-def _constants(
+def size_of(tree: bpy.types.NodeTree) -> Size:
+    """The size of a node tree, counted in all of its groups. What leads to no output does not count."""
+    found = _counted(tree, None, None, {})
+    constants = 16 * (found["RGBA"] + found["VECTOR"]) + 4 * max(0, found["VALUE"] - found["VECTOR"])
+    return Size(found["NODE"], found["LOOK_UP"], constants)
+
+
+def _counted(
     tree: bpy.types.NodeTree, asked: frozenset[str] | None, fixed: frozenset[str] | None, known: dict[Any, Counter[str]]
 ) -> Counter[str]:
-    """The constants of a tree, counted by kind. `asked`: identifiers of the group's linked outputs. `fixed`:
-    identifiers of its inputs that are constants. None stands for all. `known` caches earlier counts."""
+    """The nodes and look-ups of a tree, and its constants by kind. `asked`: identifiers of the group's linked outputs.
+    `fixed`: identifiers of its inputs that are constants. None stands for all. `known` caches earlier counts."""
     if (found := known.get((tree, asked, fixed))) is not None:
         return found
     found = known[tree, asked, fixed] = Counter()
@@ -212,7 +225,10 @@ def _constants(
     for node, linked in outputs.items():
         if node.type == "GROUP" and node.node_tree is not None:
             given = frozenset(s.identifier for s in node.inputs if s not in sources or sources[s] in constant)
-            found.update(_constants(node.node_tree, frozenset(linked), given, known))
+            found.update(_counted(node.node_tree, frozenset(linked), given, known))
+        elif node.type not in _NO_NODES:
+            found["NODE"] += 1
+            found["LOOK_UP"] += node.type == "TEX_IMAGE"
     return found
 
 

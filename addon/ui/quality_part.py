@@ -3,10 +3,11 @@
 
 from ..gratings.grating import DAYLIGHT, QUALITIES, quality_of
 from ..gratings.wording import translated
+from ..materials.skin import cost_of, heavy
 from ..operators.bake import BakeGrating, BakeNeeds, ChooseQuality
 from ..operators.shared import running_bake
 from .folds import DETAILS, folds
-from .notes import draw_facts, side_by_side
+from .notes import draw_facts, draw_note, side_by_side
 
 
 def draw_quality(layout, context, grating) -> None:
@@ -29,6 +30,8 @@ def draw_quality(layout, context, grating) -> None:
     row.prop(grating, "footprint")
     row.prop(grating, "shadows")
     row.prop(grating, "every_lamp")
+    for line in heavy(grating.group) if grating.group else ():
+        draw_note(layout, context, line, icon="INFO")
     header, body = layout.panel_prop(folds(context), DETAILS)
     header.label(text="Details")
     if body is not None:
@@ -37,4 +40,5 @@ def draw_quality(layout, context, grating) -> None:
         settings.prop(grating, "coherence_um", text="Coherence (um)" if grating.coherence_um else "Coherence (auto)")
         settings.prop(grating, "spread_deg")
         settings.prop(grating, "illuminant", placeholder=DAYLIGHT)
-        draw_facts(body, context, grating.bake_summary)
+        summary = [grating.bake_summary, cost_of(grating.group)] if grating.group else [grating.bake_summary]
+        draw_facts(body, context, "\n".join(filter(None, summary)))

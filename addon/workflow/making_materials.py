@@ -23,6 +23,7 @@ from ..materials.skin import (
     answers_to_world,
     crowded,
     group_around,
+    heavy,
     refill,
     set_up,
     set_variation,
@@ -186,7 +187,13 @@ def vary(scene: bpy.types.Scene, grating: Grating, choice: Variation, *, others:
     set_variation(group, choice, [_response_of(scene, other) for other in others])
     meshes = meshes_that_show(group)
     unseen = [] if meshes else [f"{grating.name}: no mesh shows it yet; press Assign to Selected"]
-    return [f"{grating.name}: {choice.summary}", *prepare_meshes(group, meshes), *unseen, *crowded(group)]
+    return [
+        f"{grating.name}: {choice.summary}",
+        *prepare_meshes(group, meshes),
+        *unseen,
+        *crowded(group),
+        *heavy(group),
+    ]
 
 
 def _response_of(scene: bpy.types.Scene, grating: Grating) -> Response:

@@ -60,7 +60,7 @@ def show(addon: SimpleNamespace, bake: Path) -> int:
     ball.data.materials.append(bpy.data.materials.new("Base"))
     addon.compat.enable_nodes(ball.active_material)
     assert bpy.ops.grating.add_diffraction() == {"FINISHED"}
-    return addon.interface.constant_bytes(ball.active_material.node_tree)
+    return addon.interface.size_of(ball.active_material.node_tree).constant_bytes
 
 
 def _bake(folder: Path) -> Path:

@@ -43,7 +43,10 @@ def test_what_takes_room(addon, scene):
     tree = addon.builder.Tree(bpy.data.node_groups.new("Group", "ShaderNodeTree"))
     socket = addon.interface.Socket
     addon.interface.add_interface(tree.tree, (), (socket("Sum", "Vector", ""), socket("Spare", "Vector", "")))
-    room = addon.interface.constant_bytes
+
+    def room(tree: bpy.types.NodeTree) -> int:
+        return addon.interface.size_of(tree).constant_bytes
+
     place = tree.value(tree.node("ShaderNodeNewGeometry").outputs["Position"])
     once = tree.vector_math("ADD", place, (1.0, 2.0, 3.0))  # one vector, and an unused vector and number
     tree.output(once, once)
@@ -55,6 +58,7 @@ def test_what_takes_room(addon, scene):
     first, second = (outer.group(tree.tree)["Sum"] for _ in range(2))
     outer.output(first + second)
     assert room(outer.tree) == 2 * 2 * 16 + 16, "a group counts as often as it is used"
+    assert addon.interface.size_of(outer.tree).nodes == 2 * 2 + 1
     mixed = addon.builder.Tree(bpy.data.node_groups.new("Mixed", "ShaderNodeTree"))
     addon.interface.add_interface(mixed.tree, (), (socket("Sum", "Vector", ""),))
     place = mixed.value(mixed.node("ShaderNodeNewGeometry").outputs["Position"])
@@ -72,12 +76,12 @@ def test_what_takes_room(addon, scene):
 
 
 def test_sources_that_do_not_fit_are_left_to_the_rest(addon, scene, grating, group, monkeypatch, capfd):
-    everything = addon.interface.constant_bytes(group)
+    everything = addon.interface.size_of(group).constant_bytes
     assert answers(group) == 1 + 3 and addon.skin.crowded(group) == []
     leave(addon, monkeypatch, everything - 1)
     addon.skin.refill(group, addon.response.responses_in(group))
     assert answers(group) == 1 + 2
-    a_source = everything - addon.interface.constant_bytes(group)
+    a_source = everything - addon.interface.size_of(group).constant_bytes
     leave(addon, monkeypatch, everything - a_source - 1)
     addon.skin.refill(group, addon.response.responses_in(group))
     (line,) = addon.skin.crowded(group)
@@ -100,6 +104,22 @@ def test_sources_that_do_not_fit_are_left_to_the_rest(addon, scene, grating, gro
     assert answers(group) == 1
     (line,) = addon.skin.crowded(group)
     assert line.startswith("Diffraction waves: too large for EEVEE") and "use fewer lamps" in line
+
+
+def test_a_heavy_material_says_so_before_the_first_picture(addon, scene, grating, group, monkeypatch, capfd):
+    """Nodes and look-ups are those that reach the material's output, and of each group as often as it is used."""
+    size = addon.interface.size_of(group)
+    layout, context = Layout(folded=False), context_of()
+    addon.quality_part.draw_quality(layout, context, grating)
+    assert f"Nodes: {size.nodes}, {size.look_ups} of them look-ups" in layout.labels
+    monkeypatch.setattr(addon.skin, "_HEAVY_LOOK_UPS", size.look_ups)
+    assert addon.skin.heavy(group) == []
+    monkeypatch.setattr(addon.skin, "_HEAVY_LOOK_UPS", size.look_ups - 1)
+    (line,) = addon.skin.heavy(group)
+    assert line.startswith(f"Diffraction waves: slow on a graphics card, by its {size.look_ups} look-ups a sample; use")
+    assert line in reports(bpy.ops.grating.assign, capfd)
+    addon.quality_part.draw_quality(layout, context, grating)
+    assert line in layout.noted("INFO")
 
 
 @pytest.fixture(scope="module")
@@ -131,7 +151,7 @@ def test_a_snake_of_two_bakes_reads_all_eight_sources(addon, scene, skins):
     assert len(addon.response.responses_in(group)) == 2
 
     def fits(number: int, sources: int = 8) -> bool:
-        held = addon.interface.constant_bytes(gratings.items[0].material.node_tree)
+        held = addon.interface.size_of(gratings.items[0].material.node_tree).constant_bytes
         return answers(group) == number and group["ng_sources_read"] == sources and held <= addon.interface.ROOM
 
     assert fits(2) and addon.skin.crowded(group) == []  # the label counts nodes of the first bake
@@ -144,7 +164,7 @@ def test_a_snake_of_two_bakes_reads_all_eight_sources(addon, scene, skins):
 
 def test_a_base_that_leaves_no_room_is_told(addon, grating, group, monkeypatch, capfd):
     assert addon.material.overfull([grating.material]) == []
-    room = addon.interface.constant_bytes(group) + addon.skin._LEFT
+    room = addon.interface.size_of(group).constant_bytes + addon.skin._LEFT
     for module in (addon.skin, addon.material):
         monkeypatch.setattr(module, "ROOM", room)
     tree = addon.builder.Tree(grating.material.node_tree)
