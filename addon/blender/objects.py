@@ -10,8 +10,10 @@ from ...precompute.mesh.shapes import Shape
 
 def refuse_hidden(context: bpy.types.Context) -> None:
     """Raise GratingError if the active collection is hidden: a new object in it could not be selected."""
-    if not context.layer_collection.is_visible:
-        raise GratingError(context.collection.name, "the active collection is hidden", "show it, or choose another")
+    active = context.layer_collection
+    # Of the scene's own collection, which cannot be hidden, Blender 5.3 may say that it is.
+    if active.collection != context.scene.collection and not active.is_visible:
+        raise GratingError(active.name, "the active collection is hidden", "show it, or choose another")
 
 
 def add_object(context: bpy.types.Context, mesh: bpy.types.Mesh) -> bpy.types.Object:

@@ -32,7 +32,12 @@ DOWNLOAD = """
 import sys, time, bpy
 from _bpy_internal.assets.remote_library.listing_downloader import RemoteAssetListingDownloader
 done = []
-download = RemoteAssetListingDownloader(sys.argv[1], sys.argv[2], lambda *_: None, done.append)
+places = {"remote_url": sys.argv[1], "local_path": sys.argv[2]}
+if bpy.app.version >= (5, 3, 0):
+    places["auth_token"] = ""
+download = RemoteAssetListingDownloader(
+    **places, on_update_callback=lambda *_: None, on_done_callback=done.append
+)
 download.download_and_process()
 for _ in range(600):
     download.on_timer_event()

@@ -146,6 +146,16 @@ def test_into_a_hidden_collection_it_is_refused(scene, kind):
     assert not set(bpy.data.objects.keys()) - {"Plane", "Sun"}
 
 
+def test_an_opened_file_s_own_collection_is_not_hidden(scene, tmp_path):
+    """Blender 5.3 says that it is if the file has objects in no other."""
+    bpy.data.batch_remove(list(bpy.data.collections))
+    file = str(tmp_path / "own.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=file)
+    bpy.ops.wm.open_mainfile(filepath=file)
+    assert bpy.ops.grating.add_shed_skin(faces=11_000) == {"FINISHED"}
+    assert "Shed Skin" in bpy.context.scene.collection.objects
+
+
 @pytest.mark.parametrize("length_m", [0.0, 1e6, float("nan")])
 def test_a_length_out_of_range_is_refused(addon, scene, length_m):
     with pytest.raises(Exception, match="give 0.01 to 100"):
