@@ -252,9 +252,11 @@ def write_page(tables: list[dict], arguments: argparse.Namespace) -> None:
 
 def text(tables: list[dict], arguments: argparse.Namespace, *, on: Machine, blender: str) -> str:
     """The page in Markdown, with the figures of a run."""
+    chosen = "".join(f"--scene {name} " for name in arguments.scene or ())
+    chosen += "".join(f"--engine {name} " for name in arguments.engine or ())
     command = f"--width {arguments.width} --reference {arguments.reference} --most {arguments.most:g} --output docs"
     setting = [
-        ["command", f"`./dev bench picture {command}`"],
+        ["command", f"`./dev bench picture {chosen}{command}`"],
         ["machine", f"{on.processor}, {on.cores} cores, no GPU"],
         ["Blender", blender],
         ["width of a picture", f"{arguments.width} pixels"],

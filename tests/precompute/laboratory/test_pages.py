@@ -78,10 +78,10 @@ def test_the_picture_has_a_place_for_every_figure():
     errors = {"mean": 2.0, "p95": 9.0, "flip": 0.05, "light": 1.0}
     row = {"method": "Direct dE 1", "samples": 4, "seconds": 1.5, **errors}
     tables = [{"scene": "cd", "engine": "eevee", "reference": {"seconds": 3.0, **errors}, "rows": [row]}]
-    arguments = argparse.Namespace(width=99, reference=77, most=5.0)
+    arguments = argparse.Namespace(scene=["cd"], engine=None, width=99, reference=77, most=5.0)
     machine = Machine("a processor", 3, "Linux", "3", "2", "0.1")
     page = picture.text(tables, arguments, on=machine, blender="9.9")
-    assert "`./dev bench picture --width 99 --reference 77 --most 5 --output docs`" in page
+    assert "`./dev bench picture --scene cd --width 99 --reference 77 --most 5 --output docs`" in page
     assert "| a processor, 3 cores, no GPU |" in page and "| Blender | 9.9 |" in page
     assert "| A disc | EEVEE | 2.0 | 0.0500 | 3.00 |" in page
     assert "## A disc, EEVEE" in page and "| **Direct dE 1** | 4 | 1.50 | 2.0 | 9.0 | 0.0500 | 1.000 |" in page
