@@ -11,8 +11,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NoReturn
 
-from . import ROOT, DevError, blender, chroot, environments, machine, mutants, packages, release, suites
-from .environments import ALL, BPY45, LINT, Environment
+from . import ROOT, DevError, blender, chroot, docs, environments, machine, mutants, packages, release, suites
+from .environments import ALL, BPY45, DOCS, LINT, Environment
 from .steps import become, clean_environment, project_environment
 from .window import walk
 
@@ -25,6 +25,7 @@ verbs:
   test [PYTEST ARGS]      runs every test that CI runs; --all adds those of the night; a path under tests/ chooses
   mutants [NAME ...]      puts single faults into a copy, and lists those that no test notices
   lint [--fix]            checks rules and formatting with ruff, types with mypy
+  docs [--output DIR]     builds the pages of docs/ as a site, and checks them
   bench [ARGS]            runs the benchmarks of laboratory/benchmarks/
   build [--output DIR]    builds and validates the extension's zip for each platform
   release [--output DIR]  builds the zips with checksums, notes and Blender's index; --tag tags the commit
@@ -130,6 +131,17 @@ def _check_types(environment: Environment) -> int:
     return found.returncode
 
 
+def make_docs(_: argparse.Namespace, arguments: list[str]) -> int:
+    parser = verb_parser("docs", "Builds the pages of docs/ as a site, and checks the pages. Prints a line per fault.")
+    parser.add_argument("--output", type=Path, default=ROOT / "dist" / "docs", help="default: dist/docs")
+    parser.add_argument("--external", action="store_true", help="also fetch the links into the web")
+    own = parser.parse_args(arguments)
+    output = own.output.absolute()
+    faults = docs.build(environments.require(DOCS), output, external=own.external)
+    print("\n".join([*faults, f"{output / 'index.html'} ({docs.megabytes(output):.1f} MB)"]))
+    return 1 if faults else 0
+
+
 def bench(options: argparse.Namespace, arguments: list[str]) -> NoReturn:
     machine.ensure_blender_libraries()
     environment = environments.require(chosen(options))
@@ -204,9 +216,11 @@ def blender_setup(_: argparse.Namespace, arguments: list[str]) -> int:
 
 def describe_environments(_: argparse.Namespace, arguments: list[str]) -> int:
     verb_parser("env", "Lists what is installed, and makes nothing.").parse_args(arguments)
-    for environment in (*ALL, LINT):
+    for environment in (*ALL, LINT, DOCS):
         state = "ready" if environments.is_ready(environment) else "not made"
-        purpose = f"Blender {environment.blender_version}" if environment.blender_version else "./dev lint"
+        purpose = (
+            f"Blender {environment.blender_version}" if environment.blender_version else f"./dev {environment.name}"
+        )
         base = next(machine.runnable_pythons(environment.python_version), "no interpreter")
         print(f"{environment.name}: {state}, {purpose}, {base}")
     missing = machine.missing_blender_libraries()
@@ -222,6 +236,7 @@ VERBS: dict[str, Callable[[argparse.Namespace, list[str]], int]] = {
     "test": test,
     "mutants": try_mutants,
     "lint": lint,
+    "docs": make_docs,
     "bench": bench,
     "build": build,
     "release": make_release,

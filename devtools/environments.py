@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The environments under .env, made from pyproject.toml: one for each version of Blender, and one for ./dev lint."""
+"""The environments under .env, made from pyproject.toml: one for each version of Blender, one for ./dev lint,
+and one for ./dev docs."""
 
 import contextlib
 import fcntl
@@ -48,6 +49,7 @@ BPY52 = Environment("py313-bpy52", "3.13", "5.2")
 BPY53 = Environment("py313-bpy53", "3.13", "5.3")
 ALL = (BPY45, BPY52, BPY53)
 LINT = Environment("lint", "3.11")
+DOCS = Environment("docs", "3.11")
 
 
 def dependency_group(name: str) -> list[str]:

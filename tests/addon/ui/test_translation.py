@@ -7,9 +7,9 @@ from types import SimpleNamespace
 import bpy
 import pytest
 
+from devtools.user_texts import template
 from tests.addon.layout import Layout, context_of
 from tests.hostile.shader_editor import shader_editor
-from tests.user_texts import template
 
 # What no translation has: names of data-blocks, nothing, and an abbreviation.
 NAMES = {"Sun", "", "IOR"}

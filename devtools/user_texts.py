@@ -1,19 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """All texts of the add-on that an artist reads: labels, tooltips, notes, errors and reports.
 
-`python -m tests.user_texts > texts.pot` writes those that Blender can look up in a translation, as a gettext template:
-all except f-strings with values. The texts come from the syntax trees, so Blender does not start. A part that is known
-only when Blender runs stands in braces, as in the source."""
+`python -m devtools.user_texts > texts.pot` writes those that Blender can look up in a translation, as a gettext
+template: all except f-strings with values. The texts come from the syntax trees, so Blender does not start. A part that
+is known only when Blender runs stands in braces, as in the source."""
 
 import ast
+import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
-from precompute.presets.presets import preset_names, read_preset
+from . import ROOT
+from .changed import tree_of
 
-ROOT = Path(__file__).resolve().parents[1]
 _FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
 _LABELS = {"bl_label", "bl_description", "bl_category"}
 # The texts of an input or output of a node, and of a quality, by their places in the call.
@@ -46,13 +48,19 @@ def template() -> str:
     places: dict[tuple[str, str], list[str]] = {}
     for path in (path for folder in ("addon", "precompute") for path in sorted((ROOT / folder).rglob("*.py"))):
         shown = path.is_relative_to(ROOT / "addon")
-        for text in artist_texts(ast.parse(path.read_text(encoding="utf-8"))):
+        for text in texts_of(path):
             if text.is_fixed and (shown or text.kind == "error"):
                 place = f"{path.relative_to(ROOT).as_posix()}:{text.line}"
                 places.setdefault((text.context, text.text), []).append(place)
-    for name in preset_names():
-        places.setdefault(("", read_preset(name).title), []).append(f"precompute/presets/{name}.json")
+    for path, title in preset_titles().items():
+        places.setdefault(("", title), []).append(path)
     return "\n".join([_HEADER, *(_entry(*key, found) for key, found in places.items())])
+
+
+def preset_titles() -> dict[str, str]:
+    """The title of each preset, by the path of its file in the repository."""
+    files = sorted((ROOT / "precompute" / "presets").glob("*.json"))
+    return {path.relative_to(ROOT).as_posix(): json.loads(path.read_bytes())["title"] for path in files}
 
 
 def _entry(context: str, text: str, places: list[str]) -> str:
@@ -63,17 +71,24 @@ def _entry(context: str, text: str, places: list[str]) -> str:
 
 def user_texts(tree: ast.Module, *, tooltips: bool) -> list[str]:
     """A source's texts except docstrings; `tooltips` includes those of classes, which Blender shows."""
-    hidden = _docstrings(tree, (ast.Module, *_FUNCTIONS) + (() if tooltips else (ast.ClassDef,)))
-    return [node.value for node in ast.walk(tree) if _is_string(node) and id(node) not in hidden]
+    nodes = list(ast.walk(tree))
+    hidden = _docstrings(nodes, (ast.Module, *_FUNCTIONS) + (() if tooltips else (ast.ClassDef,)))
+    return [node.value for node in nodes if _is_string(node) and id(node) not in hidden]
+
+
+@cache
+def texts_of(path: Path) -> list[UserText]:
+    """The texts of a source that an artist can see."""
+    return artist_texts(tree_of(path))
 
 
 def artist_texts(tree: ast.Module) -> list[UserText]:
     """A source's texts that an artist can see, in the order of their lines. Where it is not known that Blender shows a
     text, it counts if it has two words."""
-    parents = {child: node for node in ast.walk(tree) for child in ast.iter_child_nodes(node)}
-    hidden = _docstrings(tree, (ast.Module, *_FUNCTIONS))
+    parents = _parents(tree)
+    hidden = _docstrings([tree, *parents], (ast.Module, *_FUNCTIONS))
     found = []
-    for node in ast.walk(tree):
+    for node in parents:
         if not isinstance(node, _TEXT) or id(node) in hidden or _is_inside_a_text(node, parents):
             continue
         text = "".join(_parts(node))
@@ -85,9 +100,20 @@ def artist_texts(tree: ast.Module) -> list[UserText]:
     return sorted(found, key=lambda text: text.line)
 
 
-def _docstrings(tree: ast.Module, holders: tuple[type, ...]) -> set[int]:
+def _parents(tree: ast.Module) -> dict[ast.AST, ast.AST]:
+    """The parent of each node below the module. One walk: it takes most of the time of all texts."""
+    parents: dict[ast.AST, ast.AST] = {}
+    nodes: list[ast.AST] = [tree]
+    for node in nodes:
+        for child in ast.iter_child_nodes(node):
+            parents[child] = node
+            nodes.append(child)
+    return parents
+
+
+def _docstrings(nodes: Iterable[ast.AST], holders: tuple[type, ...]) -> set[int]:
     """The ids of the docstrings that belong to nodes of these types."""
-    return {id(node.body[0].value) for node in ast.walk(tree)
+    return {id(node.body[0].value) for node in nodes
             if isinstance(node, holders) and ast.get_docstring(node) is not None}  # fmt: skip
 
 

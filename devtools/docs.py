@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`./dev docs`: builds the site of docs/ with Sphinx, and checks it."""
+
+import re
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+
+from . import ROOT, DevError
+from .environments import Environment
+from .pages import DOCS, faults_of_pages
+from .steps import clean_environment, say
+
+# What a browser would load from another host as it opens a page. Links that a reader clicks are no part of this.
+_LOADED = re.compile(r"<(?:link|script|img|iframe|source)\b[^>]*?\b(?:href|src)=\"((?:https?:)?//[^\"]*)")
+# A file that Sphinx writes into each site.
+_MARK = "objects.inv"
+
+
+def build(environment: Environment, output: Path, *, external: bool = False) -> list[str]:
+    """Build the site anew in the folder `output`, and check it; `external` also fetches the links into the web. Returns
+    a line for each warning and fault. Raises DevError if `output` holds something else, or if Sphinx fails."""
+    if output.exists() and any(output.iterdir()) and not (output / _MARK).exists():
+        raise DevError(f"--output {output}: holds no site; remedy: choose an empty folder")
+    say("site: building ...")
+    with tempfile.TemporaryDirectory() as folder:
+        site = Path(folder, "site")
+        faults = _sphinx(environment, "html", site)
+        faults += [f"{page.relative_to(site)}: {fault}" for page in sorted(site.glob("*.html"))
+                   for fault in loaded_from_outside(page.read_text(encoding="utf-8"))]  # fmt: skip
+        if external:
+            faults += _sphinx(environment, "linkcheck", Path(folder, "links"))
+        shutil.rmtree(output, ignore_errors=True)
+        output.parent.mkdir(parents=True, exist_ok=True)
+        shutil.move(site, output)
+    return faults + faults_of_pages()
+
+
+def _sphinx(environment: Environment, builder: str, folder: Path) -> list[str]:
+    """Run a builder of Sphinx. Returns its warnings. Nothing is kept from one run to the next, because Sphinx does not
+    repeat the warnings of a page that has not changed."""
+    command = [environment.python, "-m", "sphinx", "--quiet", "--no-color", "--builder", builder]
+    command += ["--doctree-dir", folder.with_suffix(".doctrees"), DOCS, folder]
+    answer = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, env=clean_environment())
+    warnings = answer.stderr.replace(f"{ROOT}/", "").strip().splitlines()
+    if answer.returncode > 1 or answer.returncode and not warnings:
+        raise DevError(f"Sphinx, {builder}: {' | '.join(warnings[-3:])}")
+    return warnings
+
+
+def loaded_from_outside(html: str) -> list[str]:
+    """List what a page loads from the web. The site must work without a network."""
+    return [f"{address} comes from the web" for address in _LOADED.findall(html)]
+
+
+def megabytes(folder: Path) -> float:
+    return sum(path.stat().st_size for path in folder.rglob("*") if path.is_file()) / 1e6
