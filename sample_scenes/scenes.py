@@ -7,7 +7,7 @@ use the real scan if its file is present, else the sample that imitates it."""
 import argparse
 import json
 import sys
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from devtools.environments import ALL
@@ -22,9 +22,6 @@ from sample_scenes.demo import LASER, REAL_SCANS, SCANS, Stopwatch, render_scene
 WITHOUT_SUNS = {"room", "shed"}
 SETS = ("soil", "shed", "terrarium", "turntable")
 WORLDS = ("studio", "sky", "overcast", "room", "area")
-# Each scale shows one of two reliefs. The direction turns slowly, in patches of 15 mm.
-_OTHER_PLATES = {"sample:xenopeltis": 0.35}
-_VARIED = ("--by", "scale_random", "--turn", "4", "--size-mm", "15")
 # The foil has tracks of a disc, in the metal and the lacquer of a real foil.
 _FOIL_MATTER = str(read_preset("silver_foil").request.matter)
 
@@ -32,14 +29,12 @@ _FOIL_MATTER = str(read_preset("silver_foil").request.matter)
 @dataclass(frozen=True)
 class SampleScene:
     """A scene: the script that writes it and its options; the FILE to bake for each object; more arguments of `assign`;
-    by FILE, the share of the surface that shows this bake instead, varied from scale to scale; verbs to run afterwards;
-    Cycles samples at which the picture is clean; the illuminant and the matter of its bakes."""
+    verbs to run afterwards; Cycles samples at which the picture is clean; the illuminant and the matter of its bakes."""
 
     script: str
     bakes: dict[str, str]
     options: tuple[str, ...] = ()
     assign: tuple[str, ...] = ()
-    varied_with: dict[str, float] = field(default_factory=dict)
     verbs: tuple[tuple[str, ...], ...] = ()
     samples: int = 64
     illuminant: str = "D65"
@@ -56,10 +51,10 @@ def _disc(name: str, shown: str) -> SampleScene:
 
 
 SCENES = {
-    "hero": _animal("hero", varied_with=_OTHER_PLATES),
+    "hero": _animal("hero"),
     "corn_snake": _animal("hero", "ELAPHE"),
     "room": _animal("room", samples=128),
-    "macro": _animal("macro", varied_with=_OTHER_PLATES),
+    "macro": _animal("macro"),
     "close_xenopeltis": _animal("close"),
     "close_elaphe": _animal("close", "ELAPHE"),
     "turntable": _animal("turntable"),
@@ -123,22 +118,14 @@ def make(name: str, scene: SampleScene, output: Path, *, arguments: argparse.Nam
     lights = ["--lights", arguments.lights] if arguments.lights else []
     lights += ["--no-shadows"] if arguments.no_shadows else []
 
-    def baked(height_map: list[str]) -> str:
-        command = [sys.executable, "-m", "precompute", "bake", *height_map, "--illuminant", scene.illuminant]
-        command += ["--matter", scene.matter]
-        folder = output / "bakes" / f"{Path(height_map[0]).name.replace(':', '_')}_{scene.illuminant}_{scene.matter}"
-        folder.mkdir(parents=True, exist_ok=True)
-        return json.loads(watch.run(f"{name}: bake", [*command, "-o", folder, "--json", "-"]))["files"][0]
-
     for shown, file in scene.bakes.items():
         height_map = _height_map(file)
-        first = baked(height_map)
-        edits.append(["assign", first, "--object", shown, *scene.assign, *lights])
-        others = [
-            f"--with={baked([name])}={share}" for name, share in scene.varied_with.items() if height_map != [name]
-        ]
-        if others:
-            edits.append(["vary", first, *others, *_VARIED])
+        folder = output / "bakes" / f"{Path(height_map[0]).name.replace(':', '_')}_{scene.illuminant}_{scene.matter}"
+        folder.mkdir(parents=True, exist_ok=True)
+        command = [sys.executable, "-m", "precompute", "bake", *height_map, "-o", folder, "--json", "-"]
+        command += ["--illuminant", scene.illuminant, "--matter", scene.matter]
+        baked = json.loads(watch.run(f"{name}: bake", command))["files"][0]
+        edits.append(["assign", baked, "--object", shown, *scene.assign, *lights])
     edits += [list(verb) for verb in scene.verbs]
     stages = [[scene.script, *options]]
     if arguments.world:

@@ -27,15 +27,15 @@ SKIN, EYE = 0, 1
 
 
 class Detail(NamedTuple):
-    """The number of faces; the share (0 to 1) of the body's roundness that each scale of back and sides takes away; and
-    the seed of the scales' tilts and shades.
+    """The number of faces; the share (0 to 1) of the body's roundness that each scale of back and sides takes away; the
+    scales' random tilts, as a multiple of the species' own; and the seed of these tilts and of the scales' shades.
 
-    On a photograph of Xenopeltis unicolor a scale shows one colour or two, and neighbours differ. An order's colours
-    lie within about 6 degrees of the surface's direction, and the body turns by 17 degrees in a row of scales. So about
-    three quarters of it lie between the scales."""
+    On a photograph of Xenopeltis unicolor bands of colour run on along the body over many scales, and bend a little
+    with each. So its scales are nearly as round as the body, and hardly tilted."""
 
     faces: int
-    flatness: float = 0.75
+    flatness: float = 0.2
+    scatter: float = 1.0
     seed: int = 0
 
 
@@ -77,7 +77,8 @@ def snake_shape(spine: Spine, species_name: str, detail: Detail) -> Shape:
     cut = cut_for(detail.faces - EYE_FACES, species.rows, rows.natural)
     rng = np.random.default_rng(detail.seed)
     net = make_net(species.rows, cut)
-    return _assemble(body, net, place(net, species, flatness=detail.flatness, rng=rng), rows=rows, rng=rng)
+    places = place(net, species, flatness=detail.flatness, scatter=detail.scatter, rng=rng)
+    return _assemble(body, net, places, rows=rows, rng=rng)
 
 
 class _Rows:
