@@ -37,7 +37,7 @@ class Placed:
 
 
 # At the front right of the hero picture, as on the photograph of a living animal: it hides the edge of one loop.
-HERO = Placed(0.060, -0.114, 15.0, roll_deg=-4.0, sunk_m=0.008)
+HERO = Placed(0.062, -0.104, 15.0, roll_deg=-4.0, sunk_m=0.008)
 
 
 def add_bark(
@@ -118,17 +118,14 @@ def _bark_material() -> bpy.types.Material:
     material = plain_material("Cork Bark", tuple(_PALE), 0.9, specular=0.15)
     nodes, links = material.node_tree.nodes, material.node_tree.links
     shader = nodes["Principled BSDF"]
-    colour, grain, where, squeezed, bump = (
-        nodes.new(f"ShaderNode{kind}") for kind in ("VertexColor", "TexNoise", "TexCoord", "VectorMath", "Bump")
+    colour, grain, where, bump = (
+        nodes.new(f"ShaderNode{kind}") for kind in ("VertexColor", "TexNoise", "TexCoord", "Bump")
     )
     colour.layer_name = "bark"
     links.new(colour.outputs["Color"], shader.inputs["Base Color"])
-    # Growth lines run across the ridges.
-    squeezed.operation, squeezed.inputs[1].default_value = "MULTIPLY", (900.0, 200.0, 200.0)
-    links.new(where.outputs["Object"], squeezed.inputs[0])
-    links.new(squeezed.outputs["Vector"], grain.inputs["Vector"])
-    grain.inputs["Scale"].default_value, grain.inputs["Detail"].default_value = 1.0, 4.0
-    bump.inputs["Distance"].default_value, bump.inputs["Strength"].default_value = 0.0008, 0.8
+    links.new(where.outputs["Object"], grain.inputs["Vector"])
+    grain.inputs["Scale"].default_value, grain.inputs["Detail"].default_value = 300.0, 8.0
+    bump.inputs["Distance"].default_value, bump.inputs["Strength"].default_value = 0.003, 1.0
     links.new(grain.outputs[0], bump.inputs["Height"])
     links.new(bump.outputs["Normal"], shader.inputs["Normal"])
     return material

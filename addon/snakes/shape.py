@@ -22,6 +22,8 @@ from .scales import Net, Places, cut_for, make_net, place
 LEAST_FACES, MOST_FACES = 11_000, 1_000_000
 # The pale underside of the head and of the tail's end begins at this share of the way from back to belly.
 _UNDER = 0.62
+# Scales lie looser in bends: their tilts grow by this for each unit of curvature, in 1 / half width.
+_LOOSE = 8.0
 # Material indices of the faces.
 SKIN, EYE = 0, 1
 
@@ -31,10 +33,11 @@ class Detail(NamedTuple):
     scales' random tilts, as a multiple of the species' own; and the seed of these tilts and of the scales' shades.
 
     On a photograph of Xenopeltis unicolor bands of colour run on along the body over many scales, and bend a little
-    with each. So its scales are nearly as round as the body, and hardly tilted."""
+    with each; in bends single scales flash. So its scales are nearly as round as the body, and hardly tilted except
+    in bends."""
 
     faces: int
-    flatness: float = 0.2
+    flatness: float = 0.3
     scatter: float = 1.0
     seed: int = 0
 
@@ -77,7 +80,9 @@ def snake_shape(spine: Spine, species_name: str, detail: Detail) -> Shape:
     cut = cut_for(detail.faces - EYE_FACES, species.rows, rows.natural)
     rng = np.random.default_rng(detail.seed)
     net = make_net(species.rows, cut)
-    places = place(net, species, flatness=detail.flatness, scatter=detail.scatter, rng=rng)
+    bends = body.bends(rows.arc_lengths(np.arange(-1, cut.scales + 2), cut.scales))
+    scatter = detail.scatter * (1 + _LOOSE * np.abs(bends))
+    places = place(net, species, flatness=detail.flatness, scatter=scatter, rng=rng)
     return _assemble(body, net, places, rows=rows, rng=rng)
 
 
