@@ -71,8 +71,8 @@ class Sun:
 # the long runs. The window shows the skin.
 SUNS = {
     "XENOPELTIS": (
-        Sun(93.0, 54.0, 5.5, 4.5),
-        Sun(228.0, 38.0, 5.5, 18.0),
+        Sun(93.0, 54.0, 4.8, 4.5),
+        Sun(228.0, 38.0, 3.6, 18.0),
     ),
     "ELAPHE": (Sun(128.0, 30.0, 12.0, 1.5), Sun(250.0, 58.0, 5.0, 18.0)),
 }
@@ -111,7 +111,7 @@ def build(
     scene: bpy.types.Scene, view: View, species: str, *, faces: int, panorama: Path | None, ground: str | None = None
 ) -> None:
     """Add snake, light, camera and the set `ground`, by default the view's own."""
-    ground = ground or view.ground
+    ground, dusk = ground or view.ground, 0.0
     bpy.ops.grating.add_snake(species=species, pose="RESTING", length_m=1.0, faces=faces)
     bpy.context.object.name = "Snake"
     add_set(scene, ground, bpy.context.object, species)
@@ -126,10 +126,10 @@ def build(
             at = Towards(sun.azimuth_deg, sun.elevation_deg, 2.0)
             name = f"Sun {index + 1}"
             add_key(scene, name, at, target=view.target, strength=sun.strength, angle_deg=sun.angle_deg)
-        wrap_in_dusk(scene, 0.40 if view.light == "suns" else 0.01)
+        dusk = wrap_in_dusk(scene, 0.30 if view.light == "suns" else 0.01)
     camera = add_camera(scene, view.camera, view.target, view.lens_mm)
     settings(scene)
-    scene.view_settings.exposure = view.exposure + stops(scene, ground)
+    scene.view_settings.exposure = view.exposure + stops(scene, ground, dusk)
     if view == VIEWS["turntable"]:
         turn_camera(camera, view.target)
 

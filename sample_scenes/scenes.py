@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The sample scenes: `./dev scenes`. Each is a .blend that opens and renders without the extension, and its picture.
 
-A scene is a script of this folder, bakes of shipped samples, and verbs of the command line that join them. The snakes
-use the real scan if its file is present, else the sample that imitates it."""
+A scene is a script of this folder, bakes of shipped samples, and verbs of the command line that join them. Except in
+`hero` and `macro`, the snakes use the real scan if its file is present, else the sample that imitates it."""
 
 import argparse
 import json
@@ -29,13 +29,15 @@ _FOIL_MATTER = str(read_preset("silver_foil").request.matter)
 @dataclass(frozen=True)
 class SampleScene:
     """A scene: the script that writes it and its options; the FILE to bake for each object; more arguments of `assign`;
-    verbs to run afterwards; Cycles samples at which the picture is clean; the illuminant and the matter of its bakes."""
+    verbs to run afterwards; whether a real scan takes the place of the sample that imitates it; Cycles samples at which
+    the picture is clean; the illuminant and the matter of its bakes."""
 
     script: str
     bakes: dict[str, str]
     options: tuple[str, ...] = ()
     assign: tuple[str, ...] = ()
     verbs: tuple[tuple[str, ...], ...] = ()
+    scan: bool = True
     samples: int = 64
     illuminant: str = "D65"
     matter: str = "dielectric"
@@ -51,10 +53,10 @@ def _disc(name: str, shown: str) -> SampleScene:
 
 
 SCENES = {
-    "hero": _animal("hero"),
+    "hero": _animal("hero", scan=False),
     "corn_snake": _animal("hero", "ELAPHE"),
     "room": _animal("room", samples=128),
-    "macro": _animal("macro"),
+    "macro": _animal("macro", scan=False),
     "close_xenopeltis": _animal("close"),
     "close_elaphe": _animal("close", "ELAPHE"),
     "turntable": _animal("turntable"),
@@ -119,7 +121,7 @@ def make(name: str, scene: SampleScene, output: Path, *, arguments: argparse.Nam
     lights += ["--no-shadows"] if arguments.no_shadows else []
 
     for shown, file in scene.bakes.items():
-        height_map = _height_map(file)
+        height_map = _height_map(file) if scene.scan else [file]
         folder = output / "bakes" / f"{Path(height_map[0]).name.replace(':', '_')}_{scene.illuminant}_{scene.matter}"
         folder.mkdir(parents=True, exist_ok=True)
         command = [sys.executable, "-m", "precompute", "bake", *height_map, "-o", folder, "--json", "-"]

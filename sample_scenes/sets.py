@@ -235,11 +235,12 @@ def add_plate(scene: bpy.types.Scene) -> None:
     _add_colours(scene, (-0.04, -0.165))
 
 
-def stops_for_grey(scene: bpy.types.Scene) -> float:
-    """The exposure, in stops, at which the plate is as bright in the picture as it is grey, under the scene's suns."""
+def stops_for_grey(scene: bpy.types.Scene, dusk: float) -> float:
+    """The exposure, in stops, at which the plate is as bright in the picture as it is grey, under the scene's suns and
+    a dusk of this irradiance in W/m2."""
     suns = [thing for thing in scene.objects if thing.type == "LIGHT" and thing.data.type == "SUN"]
     # A sun shines along its -Z, so the height of its +Z is the sine of its elevation.
-    irradiance = sum(sun.data.energy * max(0.0, sun.rotation_euler.to_matrix()[2][2]) for sun in suns)
+    irradiance = dusk + sum(sun.data.energy * max(0.0, sun.rotation_euler.to_matrix()[2][2]) for sun in suns)
     return log2(pi / irradiance) if irradiance > 0 else 0.0
 
 
@@ -295,9 +296,10 @@ def add_set(scene: bpy.types.Scene, name: str, snake: bpy.types.Object, species:
     SETS[name](scene, snake, species)
 
 
-def stops(scene: bpy.types.Scene, name: str) -> float:
-    """How many stops more the camera should expose for this set than for soil, once the lamps are there."""
-    return stops_for_grey(scene) if name == "turntable" else 0.0
+def stops(scene: bpy.types.Scene, name: str, dusk: float) -> float:
+    """How many stops more the camera should expose for this set than for soil, once the lamps are there, under a dusk
+    of this irradiance in W/m2."""
+    return stops_for_grey(scene, dusk) if name == "turntable" else 0.0
 
 
 def _soil(scene: bpy.types.Scene, snake: bpy.types.Object, _: str) -> None:

@@ -156,9 +156,9 @@ class Places(NamedTuple):
 
 
 def place(net: Net, species: Species, *, flatness: float, scatter: np.ndarray, rng: np.random.Generator) -> Places:
-    """The places of a net's vertices. A `flatness` of 1 takes the body's roundness from each scale of back and sides, so
-    that only its neighbours face another way. Each scale is tilted at random; `scatter` (scales + 3,) multiplies the
-    species' tilts, along a row from the scale before its first one."""
+    """The places of a net's vertices. A `flatness` of 1 takes the body's roundness from each scale of back and sides,
+    so that only its neighbours face another way. Each scale is tilted at random; `scatter` (scales + 3,) multiplies
+    the species' tilts, along a row from the scale before its first one."""
     cut, half = net.cut, (species.rows - 1) // 2
     steepest = np.tan(np.radians(species.turn_deg * scatter))
     turns = steepest[:, None] * rng.uniform(-1, 1, (species.rows + 2, cut.scales + 3, 2))

@@ -112,11 +112,11 @@ def _xenopeltis(tree: Tree) -> Value:
     the sides, in places worn away; a white belly."""
     skin = _Skin(tree)
     side = skin.step(skin.around, 0.15, 0.55)
-    plate = skin.blend(side, (0.026, 0.0125, 0.0085), (0.074, 0.0275, 0.0150))
+    plate = skin.blend(side, (0.036, 0.0160, 0.0110), (0.102, 0.0420, 0.0250))
     plate = plate * (skin.random * 0.5 + 0.75) * (skin.noise(9.0) * 0.9 + 0.55)
     pale = skin.step(skin.around + skin.random * 0.05, 0.60, 0.72)
     plate = skin.blend(pale, plate, (0.55, 0.49, 0.41))
-    rim = skin.blend(side, (0.055, 0.042, 0.036), (0.38, 0.25, 0.155))
+    rim = skin.blend(side, (0.080, 0.062, 0.054), (0.42, 0.29, 0.19))
     worn = skin.step(skin.noise(4.0) * 0.5 + skin.noise(70.0, detail=3.0) * 0.5, 0.42, 0.60)
     coat = skin.blend(skin.rim * skin.rim * (worn * 0.8 + 0.1), plate, rim)
     coat = _lips(skin, coat, (0.56, 0.50, 0.41))

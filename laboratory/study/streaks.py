@@ -37,13 +37,13 @@ LINES = {
     # The marked streak of the long run and the run before it; a bend at the left.
     "photograph": {
         "run, far": Line(526, 22.5, ((300, 148), (335, 143), (370, 139), (405, 136), (440, 131), (490, 126))),
-        "run, near": Line(526, 21.5, ((182, 212), (217, 226), (255, 234), (292, 235), (330, 229), (367, 221), (400, 216))),
+        "run, near": Line(526, 21.5, ((182, 212), (217, 226), (255, 234), (292, 235), (330, 229), (400, 216))),
         "bend": Line(526, 16.0, ((137, 40), (132, 65), (140, 95), (142, 120), (150, 145), (163, 160))),
     },
     # The ridge and the flank of the long run in front; the bend behind the head.
     "hero": {
-        "run, ridge": Line(1280, 63, ((440, 300), (550, 318), (700, 335), (850, 344), (1000, 345), (1150, 332), (1230, 315))),
-        "run, flank": Line(1280, 63, ((480, 365), (590, 380), (730, 392), (870, 398), (1030, 398), (1150, 385), (1250, 365))),
+        "run, ridge": Line(1280, 63, ((440, 300), (550, 318), (700, 335), (850, 344), (1000, 345), (1230, 315))),
+        "run, flank": Line(1280, 63, ((480, 365), (590, 380), (730, 392), (870, 398), (1030, 398), (1250, 365))),
         "bend": Line(1280, 45, ((40, 400), (76, 290), (140, 180), (230, 90), (330, 50), (430, 40))),
     },
 }  # fmt: skip
@@ -69,9 +69,7 @@ def correlations(hues: np.ndarray) -> np.ndarray:
     """The correlation along lines (lines, n) of places that are 0, 1, 2... n / 2 pixels apart."""
     n = hues.shape[1]
     pairs = [(hues[:, : n - lag], hues[:, lag:]) for lag in range(n // 2)]
-    return np.array(
-        [(a * b.conj()).real.sum() / np.sqrt((abs(a) ** 2).sum() * (abs(b) ** 2).sum()) for a, b in pairs]
-    )
+    return np.array([(a * b.conj()).real.sum() / np.sqrt((abs(a) ** 2).sum() * (abs(b) ** 2).sum()) for a, b in pairs])
 
 
 def correlation_length(alike: np.ndarray) -> float:
@@ -94,7 +92,7 @@ def main(argv: list[str] | None = None) -> int:
             found = {name: correlations(hues_along(picture, line)) for name, line in LINES[arguments.of].items()}
         print(path)
         for name, alike in found.items():
-            next_two = ", ".join(f"{value:.2f}" for value in alike[_PER_PLATE :: _PER_PLATE][:2])
+            next_two = ", ".join(f"{value:.2f}" for value in alike[_PER_PLATE::_PER_PLATE][:2])
             print(f"  {name}: {correlation_length(alike):.2f} plates; next plates {next_two}")
     return 0
 

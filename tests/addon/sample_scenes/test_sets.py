@@ -146,7 +146,6 @@ def test_the_plate_is_exposed_as_grey(scene, tmp_path):
     cycles = picture_by("CYCLES", scene, tmp_path)
     stops = scene.view_settings.exposure - animal.VIEWS["turntable"].exposure
     shown = cycles[14:24, 26:38].mean() * 2**stops
-    # The dusk, which the exposure leaves out, adds at most pi * 0.2 = 0.63 W/m2 to the 21.6 W/m2 of the suns.
     assert shown == pytest.approx(0.18, rel=0.03)
 
 
