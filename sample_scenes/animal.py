@@ -45,7 +45,7 @@ class View:
 
 _LOOPS = (-0.03, -0.045, 0.015)
 VIEWS = {
-    "hero": View(Towards(-90.0, 34.0, 0.60), (-0.034, -0.024, 0.012), 112.0, exposure=0.4),
+    "hero": View(Towards(-90.0, 34.0, 0.60), (-0.034, -0.024, 0.012), 112.0, exposure=0.8),
     "sky": View(Towards(-88.0, 32.0, 0.60), (-0.045, -0.035, 0.014), 95.0, light="sky"),
     "macro": View(Towards(-88.0, 36.0, 0.35), (-0.03, -0.043, 0.022), 180.0),
     # As in the thesis: seen from straight above, under one small sun at an angle to the body.
@@ -58,7 +58,7 @@ VIEWS = {
 
 @dataclass(frozen=True)
 class Sun:
-    """A small sun lamp: position in degrees, irradiance in W/m2, angular size in degrees."""
+    """A sun lamp: position in degrees, irradiance in W/m2, angular size in degrees."""
 
     azimuth_deg: float
     elevation_deg: float
@@ -70,10 +70,7 @@ class Sun:
 # colour follows the flash's white image along them. Elaphe diffracts along the body, so its flash stands at an angle to
 # the long runs. The window shows the skin.
 SUNS = {
-    "XENOPELTIS": (
-        Sun(93.0, 54.0, 4.8, 4.5),
-        Sun(228.0, 38.0, 3.6, 18.0),
-    ),
+    "XENOPELTIS": (Sun(93.0, 54.0, 4.4, 4.5), Sun(228.0, 70.0, 2.8, 18.0)),
     "ELAPHE": (Sun(128.0, 30.0, 12.0, 1.5), Sun(250.0, 58.0, 5.0, 18.0)),
 }
 
