@@ -76,7 +76,11 @@ class Body:
 
     def _is_apart(self, point: Vector, radius: float) -> bool:
         surface, normal, _, distance = self._tree.find_nearest(point, max(radius, _DEEPEST_M))
-        return surface is None or (distance > radius and (point - surface).dot(normal) > 0)
+        if surface is None:
+            return True
+        # The nearest place can be an edge, whose normal leaves open which side the point is on.
+        above = self._tree.ray_cast(point, Vector((0, 0, 1)))[1]
+        return distance > radius and (point - surface).dot(normal) > 0 and (above is None or above.z < 0)
 
 
 @dataclass(frozen=True)
@@ -206,7 +210,7 @@ _FIBRE_COLOUR = (0.1, 0.056, 0.03)
 _BUMP_M = 0.0028
 _NEAR_M, _FADE_M = 0.30, 0.12
 _CRUMBS, _FIBRES = 170_000, 2600
-_LEAST_M, _MOST_M = 0.0005, 0.0045
+_LEAST_M, _MOST_M = 0.0006, 0.0045
 # How much rarer crumbs are that are larger: the density of diameters falls with this power.
 _RARER = 3.7
 _SMALL, _LARGE = 5, 9

@@ -176,7 +176,7 @@ def test_flat_plates_take_away_their_share_of_the_bodys_roundness(room, make, fl
     )
     assert len(flat) > 50
     # A plate takes away the mean turn under its inner part; the outer parts of the body are a little rounder.
-    assert np.median(flat) / np.median(round_plates) == pytest.approx(1 - flatness, abs=0.05)
+    assert np.median(flat) / np.median(round_plates) == pytest.approx(1 - flatness, abs=0.06)
 
 
 def test_the_same_seed_makes_the_same_snake_and_another_seed_turns_its_plates(make, room):
