@@ -71,7 +71,7 @@ class Sun:
 # the long runs. The window shows the skin.
 SUNS = {
     "XENOPELTIS": (Sun(93.0, 54.0, 4.4, 4.5), Sun(228.0, 70.0, 2.8, 18.0)),
-    "ELAPHE": (Sun(128.0, 30.0, 12.0, 1.5), Sun(250.0, 58.0, 5.0, 18.0)),
+    "ELAPHE": (Sun(128.0, 30.0, 7.0, 1.5), Sun(250.0, 58.0, 2.4, 18.0)),
 }
 
 
