@@ -45,7 +45,7 @@ class View:
 
 _LOOPS = (-0.03, -0.045, 0.015)
 VIEWS = {
-    "hero": View(Towards(-90.0, 34.0, 0.60), (-0.034, -0.024, 0.012), 112.0),
+    "hero": View(Towards(-90.0, 34.0, 0.60), (-0.034, -0.024, 0.012), 112.0, exposure=0.8),
     "sky": View(Towards(-88.0, 32.0, 0.60), (-0.045, -0.035, 0.014), 95.0, light="sky"),
     "macro": View(Towards(-88.0, 36.0, 0.35), (-0.03, -0.043, 0.022), 180.0),
     # As in the thesis: seen from straight above, under one small sun at an angle to the body.
@@ -58,7 +58,7 @@ VIEWS = {
 
 @dataclass(frozen=True)
 class Sun:
-    """A small sun lamp: position in degrees, irradiance in W/m2, angular size in degrees."""
+    """A sun lamp: position in degrees, irradiance in W/m2, angular size in degrees."""
 
     azimuth_deg: float
     elevation_deg: float
@@ -66,18 +66,12 @@ class Sun:
     angle_deg: float
 
 
-# The first two suns of Xenopeltis stand at the ends of its long runs: there *Light Rig > Orders* finds the most places
-# that show an order, away from the lamps' white images. The third, near the camera, shows the skin, and the last gives
-# white sparks. Elaphe diffracts along the body, so its strongest sun stands at an angle to the long runs; the second,
-# near the camera, shows the skin; the third lights the bends.
+# A flash and a window. Xenopeltis diffracts across the body, so its flash stands square to the long runs: a streak of
+# colour follows the flash's white image along them. Elaphe diffracts along the body, so its flash stands at an angle to
+# the long runs. The window shows the skin.
 SUNS = {
-    "XENOPELTIS": (
-        Sun(-4.0, 27.0, 24.0, 4.5),
-        Sun(185.0, 14.0, 12.0, 4.5),
-        Sun(262.0, 50.0, 4.5, 3.0),
-        Sun(92.0, 29.0, 9.0, 4.0),
-    ),
-    "ELAPHE": (Sun(128.0, 30.0, 12.0, 1.5), Sun(250.0, 58.0, 3.0, 1.5), Sun(52.0, 35.0, 8.0, 2.0)),
+    "XENOPELTIS": (Sun(93.0, 54.0, 4.4, 4.5), Sun(228.0, 70.0, 2.8, 18.0)),
+    "ELAPHE": (Sun(128.0, 30.0, 7.0, 1.5), Sun(250.0, 58.0, 2.4, 18.0)),
 }
 
 
@@ -114,7 +108,7 @@ def build(
     scene: bpy.types.Scene, view: View, species: str, *, faces: int, panorama: Path | None, ground: str | None = None
 ) -> None:
     """Add snake, light, camera and the set `ground`, by default the view's own."""
-    ground = ground or view.ground
+    ground, dusk = ground or view.ground, 0.0
     bpy.ops.grating.add_snake(species=species, pose="RESTING", length_m=1.0, faces=faces)
     bpy.context.object.name = "Snake"
     add_set(scene, ground, bpy.context.object, species)
@@ -129,10 +123,10 @@ def build(
             at = Towards(sun.azimuth_deg, sun.elevation_deg, 2.0)
             name = f"Sun {index + 1}"
             add_key(scene, name, at, target=view.target, strength=sun.strength, angle_deg=sun.angle_deg)
-        wrap_in_dusk(scene, 0.20 if view.light == "suns" else 0.01)
+        dusk = wrap_in_dusk(scene, 0.30 if view.light == "suns" else 0.01)
     camera = add_camera(scene, view.camera, view.target, view.lens_mm)
     settings(scene)
-    scene.view_settings.exposure = view.exposure + stops(scene, ground)
+    scene.view_settings.exposure = view.exposure + stops(scene, ground, dusk)
     if view == VIEWS["turntable"]:
         turn_camera(camera, view.target)
 

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The sample scenes: `./dev scenes`. Each is a .blend that opens and renders without the extension, and its picture.
 
-A scene is a script of this folder, bakes of shipped samples, and verbs of the command line that join them. The snakes
-use the real scan if its file is present, else the sample that imitates it."""
+A scene is a script of this folder, bakes of shipped samples, and verbs of the command line that join them. Except in
+`hero` and `macro`, the snakes use the real scan if its file is present, else the sample that imitates it."""
 
 import argparse
 import json
 import sys
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from devtools.environments import ALL
@@ -22,9 +22,6 @@ from sample_scenes.demo import LASER, REAL_SCANS, SCANS, Stopwatch, render_scene
 WITHOUT_SUNS = {"room", "shed"}
 SETS = ("soil", "shed", "terrarium", "turntable")
 WORLDS = ("studio", "sky", "overcast", "room", "area")
-# Each scale shows one of two reliefs. The direction turns slowly, in patches of 15 mm.
-_OTHER_PLATES = {"sample:xenopeltis": 0.35}
-_VARIED = ("--by", "scale_random", "--turn", "4", "--size-mm", "15")
 # The foil has tracks of a disc, in the metal and the lacquer of a real foil.
 _FOIL_MATTER = str(read_preset("silver_foil").request.matter)
 
@@ -32,15 +29,15 @@ _FOIL_MATTER = str(read_preset("silver_foil").request.matter)
 @dataclass(frozen=True)
 class SampleScene:
     """A scene: the script that writes it and its options; the FILE to bake for each object; more arguments of `assign`;
-    by FILE, the share of the surface that shows this bake instead, varied from scale to scale; verbs to run afterwards;
-    Cycles samples at which the picture is clean; the illuminant and the matter of its bakes."""
+    verbs to run afterwards; whether a real scan takes the place of the sample that imitates it; Cycles samples at which
+    the picture is clean; the illuminant and the matter of its bakes."""
 
     script: str
     bakes: dict[str, str]
     options: tuple[str, ...] = ()
     assign: tuple[str, ...] = ()
-    varied_with: dict[str, float] = field(default_factory=dict)
     verbs: tuple[tuple[str, ...], ...] = ()
+    scan: bool = True
     samples: int = 64
     illuminant: str = "D65"
     matter: str = "dielectric"
@@ -56,10 +53,10 @@ def _disc(name: str, shown: str) -> SampleScene:
 
 
 SCENES = {
-    "hero": _animal("hero", varied_with=_OTHER_PLATES),
+    "hero": _animal("hero", scan=False),
     "corn_snake": _animal("hero", "ELAPHE"),
     "room": _animal("room", samples=128),
-    "macro": _animal("macro", varied_with=_OTHER_PLATES),
+    "macro": _animal("macro", scan=False),
     "close_xenopeltis": _animal("close"),
     "close_elaphe": _animal("close", "ELAPHE"),
     "turntable": _animal("turntable"),
@@ -123,22 +120,14 @@ def make(name: str, scene: SampleScene, output: Path, *, arguments: argparse.Nam
     lights = ["--lights", arguments.lights] if arguments.lights else []
     lights += ["--no-shadows"] if arguments.no_shadows else []
 
-    def baked(height_map: list[str]) -> str:
-        command = [sys.executable, "-m", "precompute", "bake", *height_map, "--illuminant", scene.illuminant]
-        command += ["--matter", scene.matter]
+    for shown, file in scene.bakes.items():
+        height_map = _height_map(file) if scene.scan else [file]
         folder = output / "bakes" / f"{Path(height_map[0]).name.replace(':', '_')}_{scene.illuminant}_{scene.matter}"
         folder.mkdir(parents=True, exist_ok=True)
-        return json.loads(watch.run(f"{name}: bake", [*command, "-o", folder, "--json", "-"]))["files"][0]
-
-    for shown, file in scene.bakes.items():
-        height_map = _height_map(file)
-        first = baked(height_map)
-        edits.append(["assign", first, "--object", shown, *scene.assign, *lights])
-        others = [
-            f"--with={baked([name])}={share}" for name, share in scene.varied_with.items() if height_map != [name]
-        ]
-        if others:
-            edits.append(["vary", first, *others, *_VARIED])
+        command = [sys.executable, "-m", "precompute", "bake", *height_map, "-o", folder, "--json", "-"]
+        command += ["--illuminant", scene.illuminant, "--matter", scene.matter]
+        baked = json.loads(watch.run(f"{name}: bake", command))["files"][0]
+        edits.append(["assign", baked, "--object", shown, *scene.assign, *lights])
     edits += [list(verb) for verb in scene.verbs]
     stages = [[scene.script, *options]]
     if arguments.world:

@@ -37,7 +37,7 @@ class Placed:
 
 
 # At the front right of the hero picture, as on the photograph of a living animal: it hides the edge of one loop.
-HERO = Placed(0.060, -0.114, 15.0, roll_deg=-4.0, sunk_m=0.008)
+HERO = Placed(0.062, -0.104, 15.0, roll_deg=-4.0, sunk_m=0.008)
 
 
 def add_bark(
@@ -118,17 +118,14 @@ def _bark_material() -> bpy.types.Material:
     material = plain_material("Cork Bark", tuple(_PALE), 0.9, specular=0.15)
     nodes, links = material.node_tree.nodes, material.node_tree.links
     shader = nodes["Principled BSDF"]
-    colour, grain, where, squeezed, bump = (
-        nodes.new(f"ShaderNode{kind}") for kind in ("VertexColor", "TexNoise", "TexCoord", "VectorMath", "Bump")
+    colour, grain, where, bump = (
+        nodes.new(f"ShaderNode{kind}") for kind in ("VertexColor", "TexNoise", "TexCoord", "Bump")
     )
     colour.layer_name = "bark"
     links.new(colour.outputs["Color"], shader.inputs["Base Color"])
-    # Growth lines run across the ridges.
-    squeezed.operation, squeezed.inputs[1].default_value = "MULTIPLY", (900.0, 200.0, 200.0)
-    links.new(where.outputs["Object"], squeezed.inputs[0])
-    links.new(squeezed.outputs["Vector"], grain.inputs["Vector"])
-    grain.inputs["Scale"].default_value, grain.inputs["Detail"].default_value = 1.0, 4.0
-    bump.inputs["Distance"].default_value, bump.inputs["Strength"].default_value = 0.0008, 0.8
+    links.new(where.outputs["Object"], grain.inputs["Vector"])
+    grain.inputs["Scale"].default_value, grain.inputs["Detail"].default_value = 300.0, 8.0
+    bump.inputs["Distance"].default_value, bump.inputs["Strength"].default_value = 0.003, 1.0
     links.new(grain.outputs[0], bump.inputs["Height"])
     links.new(bump.outputs["Normal"], shader.inputs["Normal"])
     return material
@@ -238,11 +235,12 @@ def add_plate(scene: bpy.types.Scene) -> None:
     _add_colours(scene, (-0.04, -0.165))
 
 
-def stops_for_grey(scene: bpy.types.Scene) -> float:
-    """The exposure, in stops, at which the plate is as bright in the picture as it is grey, under the scene's suns."""
+def stops_for_grey(scene: bpy.types.Scene, dusk: float) -> float:
+    """The exposure, in stops, at which the plate is as bright in the picture as it is grey, under the scene's suns and
+    a dusk of this irradiance in W/m2."""
     suns = [thing for thing in scene.objects if thing.type == "LIGHT" and thing.data.type == "SUN"]
     # A sun shines along its -Z, so the height of its +Z is the sine of its elevation.
-    irradiance = sum(sun.data.energy * max(0.0, sun.rotation_euler.to_matrix()[2][2]) for sun in suns)
+    irradiance = dusk + sum(sun.data.energy * max(0.0, sun.rotation_euler.to_matrix()[2][2]) for sun in suns)
     return log2(pi / irradiance) if irradiance > 0 else 0.0
 
 
@@ -298,9 +296,10 @@ def add_set(scene: bpy.types.Scene, name: str, snake: bpy.types.Object, species:
     SETS[name](scene, snake, species)
 
 
-def stops(scene: bpy.types.Scene, name: str) -> float:
-    """How many stops more the camera should expose for this set than for soil, once the lamps are there."""
-    return stops_for_grey(scene) if name == "turntable" else 0.0
+def stops(scene: bpy.types.Scene, name: str, dusk: float) -> float:
+    """How many stops more the camera should expose for this set than for soil, once the lamps are there, under a dusk
+    of this irradiance in W/m2."""
+    return stops_for_grey(scene, dusk) if name == "turntable" else 0.0
 
 
 def _soil(scene: bpy.types.Scene, snake: bpy.types.Object, _: str) -> None:

@@ -76,7 +76,11 @@ class Body:
 
     def _is_apart(self, point: Vector, radius: float) -> bool:
         surface, normal, _, distance = self._tree.find_nearest(point, max(radius, _DEEPEST_M))
-        return surface is None or (distance > radius and (point - surface).dot(normal) > 0)
+        if surface is None:
+            return True
+        # The nearest place can be an edge, whose normal leaves open which side the point is on.
+        above = self._tree.ray_cast(point, Vector((0, 0, 1)))[1]
+        return distance > radius and (point - surface).dot(normal) > 0 and (above is None or above.z < 0)
 
 
 @dataclass(frozen=True)
@@ -197,19 +201,18 @@ SOIL_DARK, SOIL_LIGHT = (0.011, 0.0058, 0.0046), (0.066, 0.0315, 0.0215)
 _SHADED = (0.032, 0.0155, 0.011)
 # Colours of single crumbs, and the share of crumbs that are darker.
 _CRUMB_COLOURS = (
-    (0.0, (0.011, 0.006, 0.005)),
-    (0.3, (0.036, 0.0175, 0.0125)),
-    (0.8, (0.088, 0.042, 0.029)),
-    (0.98, (0.145, 0.078, 0.048)),
-    (1.0, (0.22, 0.14, 0.08)),
+    (0.0, (0.010, 0.0045, 0.0035)),
+    (0.4, (0.034, 0.0135, 0.0090)),
+    (0.9, (0.075, 0.030, 0.018)),
+    (1.0, (0.12, 0.062, 0.036)),
 )
 _FIBRE_COLOUR = (0.1, 0.056, 0.03)
 _BUMP_M = 0.0028
 _NEAR_M, _FADE_M = 0.30, 0.12
 _CRUMBS, _FIBRES = 170_000, 2600
-_LEAST_M, _MOST_M = 0.0006, 0.005
+_LEAST_M, _MOST_M = 0.0006, 0.0045
 # How much rarer crumbs are that are larger: the density of diameters falls with this power.
-_RARER = 3.2
+_RARER = 3.7
 _SMALL, _LARGE = 5, 9
 
 

@@ -7,7 +7,7 @@ and not white. Fill and rim are wide and show the shape."""
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, radians, sin
+from math import cos, pi, radians, sin
 
 import bpy
 from mathutils import Vector
@@ -88,9 +88,9 @@ def add_camera(
     return camera
 
 
-def wrap_in_dusk(scene: bpy.types.Scene, radiance: float, *, low: float = 0.25) -> None:
+def wrap_in_dusk(scene: bpy.types.Scene, radiance: float, *, low: float = 0.25) -> float:
     """A world without bright spots that falls from the zenith to the share `low` at the horizon, so reflections are not
-    black."""
+    black. Returns the irradiance of level ground in W/m2."""
     background = new_world(scene, "Dusk")
     nodes, links = scene.world.node_tree.nodes, scene.world.node_tree.links
     where, split, ramp = (
@@ -103,6 +103,7 @@ def wrap_in_dusk(scene: bpy.types.Scene, radiance: float, *, low: float = 0.25) 
     links.new(split.outputs["Z"], ramp.inputs["Value"])
     links.new(ramp.outputs["Result"], background.inputs["Strength"])
     background.inputs["Color"].default_value = (0.85, 0.93, 1.0, 1.0)
+    return pi * radiance * (2 + low) / 3
 
 
 def settings(scene: bpy.types.Scene, samples: int = 64) -> None:

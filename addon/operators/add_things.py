@@ -66,12 +66,22 @@ class AddSnake(Acts, bpy.types.Operator):
     )
     flatness: FloatProperty(
         name="Flat Scales",
-        description="How flat each scale is across the body: 0 as round as the body, 1 flat. A flat scale shows one "
-        "colour or two, and a round one all colours as thin lines",
-        default=0.75,
+        description="How flat each scale is across the body. At 0, scales are as round as the body, and bands of "
+        "colour run along it in thin lines. At 1, each scale is a flat tile of one colour, as in a mosaic",
+        default=0.3,
         min=0.0,
         max=1.0,
         subtype="FACTOR",
+    )
+    scatter: FloatProperty(
+        name="Scatter",
+        description="How far single scales tilt at random, as a multiple of the species' own tilts. At 0, bands of "
+        "colour run smoothly over all scales. At 1, they bend a little with each. From 4 on they break up, and single "
+        "scales flash",
+        default=1.0,
+        min=0.0,
+        max=20.0,
+        soft_max=8.0,
     )
     seed: IntProperty(name="Seed", description="Varies the slight tilts and shades of the scales", default=0, min=0)
     bones: BoolProperty(name="Bones", description="Add an armature that deforms the snake", default=False)
@@ -86,7 +96,7 @@ class AddSnake(Acts, bpy.types.Operator):
 
         _, lines = add_snake(
             context, self.species, self.pose,
-            length_m=self.length_m, detail=Detail(self.faces, self.flatness, self.seed), bones=self.bones,
+            length_m=self.length_m, detail=Detail(self.faces, self.flatness, self.scatter, self.seed), bones=self.bones,
         )  # fmt: skip
         return lines
 

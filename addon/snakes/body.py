@@ -161,7 +161,7 @@ class Species(NamedTuple):
     head_height    half height of the head
     dome, keel     height of a scale's middle above its rim, and of the ridge along it
     lift           height of a scale's tail edge above its head edge; it ends half of this above the next scale
-    turn_deg       largest random tilt of a scale, along and across the body each"""
+    turn_deg       largest random tilt of a scale, along and across a straight body each"""
 
     slenderness: float
     rows: int
@@ -178,7 +178,7 @@ class Species(NamedTuple):
 
 SPECIES = {
     # 15 rows over a stout, glassy body; a flat, wedge-shaped head hardly wider than the neck.
-    "XENOPELTIS": Species(80, 15, 0.50, 2.9, 0.80, 0.80, 0.50, 0.0, 0.0, 0.06, 1.2),
+    "XENOPELTIS": Species(80, 15, 0.50, 2.9, 0.80, 0.80, 0.50, 0.0, 0.0, 0.03, 0.5),
     # 23 rows, keeled on the back; a head distinct from a thin neck.
     "ELAPHE": Species(92, 23, 0.40, 3.2, 0.82, 0.60, 0.52, 0.0, 0.03, 0.06, 1.8),
 }
@@ -257,11 +257,16 @@ class Body(NamedTuple):
         axes = [np.stack([np.interp(s, spine.s, part[:, k]) for k in range(3)], axis=1) for part in spine[1:]]
         return axes[0] + across[:, None] * axes[2] + up[:, None] * axes[3]
 
+    def bends(self, s: np.ndarray) -> np.ndarray:
+        """The spine's curvature to its side (n,) at arc lengths s, in 1 / half width."""
+        spine = self.spine
+        bend = (np.gradient(spine.tail, spine.s, axis=0) * spine.side).sum(axis=1) * self.radius
+        return np.interp(s, spine.s, bend)
+
     def pleats(self, s: np.ndarray, angle: np.ndarray) -> np.ndarray:
         """The depth (n,) in metres of the skin's pleats inside of bends, at arc lengths s and angles as for points."""
         spine = self.spine
-        bend = (np.gradient(spine.tail, spine.s, axis=0) * spine.side).sum(axis=1) * self.radius
-        inside = np.clip(np.interp(s, spine.s, bend) * np.sin(angle) - _PLEAT_FROM, 0, None)
+        inside = np.clip(self.bends(s) * np.sin(angle) - _PLEAT_FROM, 0, None)
         count = np.interp(s, spine.s, self.scale_counts(spine.s)) / _PLEAT_SCALES + 0.2 * np.sin(5 * angle)
         return self.radius * _PLEAT_DEPTH * inside * (0.5 - 0.5 * np.cos(2 * np.pi * count))
 

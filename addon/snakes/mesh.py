@@ -98,7 +98,8 @@ def shed_shape(species_name: str, *, size: float, faces: int, seed: int = 0) -> 
     unit = radius * species.scale_length
     rng = np.random.default_rng(seed)
     net = make_net(species.rows, _cut(faces, species.rows, size / unit))
-    places = place(net, species, flatness=0.0, rng=rng)  # the skin itself is flat
+    # The skin itself is flat.
+    places = place(net, species, flatness=0.0, scatter=np.ones(net.cut.scales + 3), rng=rng)
     quads = net.quads[~net.belly]
     used, corners = np.unique(quads, return_inverse=True)
     along, angle, rise, overhang, rim, inside = (part[used] for part in places)

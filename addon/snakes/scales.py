@@ -155,12 +155,14 @@ class Places(NamedTuple):
     inside: np.ndarray
 
 
-def place(net: Net, species: Species, *, flatness: float, rng: np.random.Generator) -> Places:
-    """The places of a net's vertices. Each scale is tilted a little at random. A `flatness` of 1 takes the body's
-    roundness from each scale of back and sides, so that only its neighbours face another way."""
+def place(net: Net, species: Species, *, flatness: float, scatter: np.ndarray, rng: np.random.Generator) -> Places:
+    """The places of a net's vertices. A `flatness` of 1 takes the body's roundness from each scale of back and sides,
+    so that only its neighbours face another way. Each scale is tilted at random; `scatter` (scales + 3,) multiplies
+    the species' tilts, along a row from the scale before its first one."""
     cut, half = net.cut, (species.rows - 1) // 2
-    turns = np.tan(np.radians(species.turn_deg)) * rng.uniform(-1, 1, (species.rows + 2, cut.scales + 3, 2))
-    plates = np.tan(np.radians(species.turn_deg)) * rng.uniform(-1, 1, cut.scales + 1)
+    steepest = np.tan(np.radians(species.turn_deg * scatter))
+    turns = steepest[:, None] * rng.uniform(-1, 1, (species.rows + 2, cut.scales + 3, 2))
+    plates = steepest[1:-1] * rng.uniform(-1, 1, cut.scales + 1)
     on_belly = net.x > (half + 1) * cut.n
     scales = _on_scales(net.a[~on_belly], net.x[~on_belly], cut, species=species, flatness=flatness, turns=turns)
     belly = _on_belly(net.a[on_belly], net.x[on_belly], cut, species=species, turns=plates)

@@ -22,20 +22,23 @@ from .scales import Net, Places, cut_for, make_net, place
 LEAST_FACES, MOST_FACES = 11_000, 1_000_000
 # The pale underside of the head and of the tail's end begins at this share of the way from back to belly.
 _UNDER = 0.62
+# Scales lie looser in bends: their tilts grow by this for each unit of curvature, in 1 / half width.
+_LOOSE = 8.0
 # Material indices of the faces.
 SKIN, EYE = 0, 1
 
 
 class Detail(NamedTuple):
-    """The number of faces; the share (0 to 1) of the body's roundness that each scale of back and sides takes away; and
-    the seed of the scales' tilts and shades.
+    """The number of faces; the share (0 to 1) of the body's roundness that each scale of back and sides takes away; the
+    scales' random tilts, as a multiple of the species' own; and the seed of these tilts and of the scales' shades.
 
-    On a photograph of Xenopeltis unicolor a scale shows one colour or two, and neighbours differ. An order's colours
-    lie within about 6 degrees of the surface's direction, and the body turns by 17 degrees in a row of scales. So about
-    three quarters of it lie between the scales."""
+    On a photograph of Xenopeltis unicolor bands of colour run on along the body over many scales, and bend a little
+    with each; in bends single scales flash. So its scales are nearly as round as the body, and hardly tilted except
+    in bends."""
 
     faces: int
-    flatness: float = 0.75
+    flatness: float = 0.3
+    scatter: float = 1.0
     seed: int = 0
 
 
@@ -77,7 +80,10 @@ def snake_shape(spine: Spine, species_name: str, detail: Detail) -> Shape:
     cut = cut_for(detail.faces - EYE_FACES, species.rows, rows.natural)
     rng = np.random.default_rng(detail.seed)
     net = make_net(species.rows, cut)
-    return _assemble(body, net, place(net, species, flatness=detail.flatness, rng=rng), rows=rows, rng=rng)
+    bends = body.bends(rows.arc_lengths(np.arange(-1, cut.scales + 2), cut.scales))
+    scatter = detail.scatter * (1 + _LOOSE * np.abs(bends))
+    places = place(net, species, flatness=detail.flatness, scatter=scatter, rng=rng)
+    return _assemble(body, net, places, rows=rows, rng=rng)
 
 
 class _Rows:

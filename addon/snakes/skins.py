@@ -108,17 +108,17 @@ class _Skin:
 
 
 def _xenopeltis(tree: Tree) -> Value:
-    """Dark brown plates, warmer and lighter down the sides, with thin rims that are grey on the back and pale on the
-    sides, here and there broken; a white belly."""
+    """Dark red-brown plates, redder and lighter down the sides, with thin rims that are grey on the back and pale on
+    the sides, in places worn away; a white belly."""
     skin = _Skin(tree)
-    side = skin.step(skin.around, 0.15, 0.65)
-    plate = skin.blend(side, (0.034, 0.0175, 0.0100), (0.080, 0.037, 0.021))
-    plate = plate * (skin.random * 0.6 + 0.7) * (skin.noise(9.0) * 0.9 + 0.55)
-    rim = skin.blend(side, (0.10, 0.070, 0.052), (0.40, 0.30, 0.22))
+    side = skin.step(skin.around, 0.15, 0.55)
+    plate = skin.blend(side, (0.036, 0.0160, 0.0110), (0.102, 0.0420, 0.0250))
+    plate = plate * (skin.random * 0.5 + 0.75) * (skin.noise(9.0) * 0.9 + 0.55)
     pale = skin.step(skin.around + skin.random * 0.05, 0.60, 0.72)
     plate = skin.blend(pale, plate, (0.55, 0.49, 0.41))
-    worn = skin.step(skin.noise(70.0, detail=3.0), 0.38, 0.62)
-    coat = skin.blend(skin.rim * skin.rim * (worn * 0.7 + 0.2), plate, rim)
+    rim = skin.blend(side, (0.080, 0.062, 0.054), (0.42, 0.29, 0.19))
+    worn = skin.step(skin.noise(4.0) * 0.5 + skin.noise(70.0, detail=3.0) * 0.5, 0.42, 0.60)
+    coat = skin.blend(skin.rim * skin.rim * (worn * 0.8 + 0.1), plate, rim)
     coat = _lips(skin, coat, (0.56, 0.50, 0.41))
     return skin.blend(skin.belly, coat, (0.62, 0.57, 0.50))
 

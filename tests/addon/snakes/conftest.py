@@ -22,11 +22,12 @@ def make(room):
     """A function that makes a snake, each of them once."""
     made = {}
 
-    def make(species="XENOPELTIS", pose="RESTING", faces=50_000, *, flatness=0.75, seed=0):
-        asked = species, pose, faces, flatness, seed
+    def make(species="XENOPELTIS", pose="RESTING", faces=50_000, *, flatness=0.3, scatter=1.0, seed=0):
+        asked = species, pose, faces, flatness, scatter, seed
         if asked not in made:
             spine = room["body"].spine_along(room["body"].POSES[pose], 1.0)
-            made[asked] = room["shape"].snake_shape(spine, species, room["shape"].Detail(faces, flatness, seed))
+            detail = room["shape"].Detail(faces, flatness, scatter, seed)
+            made[asked] = room["shape"].snake_shape(spine, species, detail)
         return made[asked]
 
     return make

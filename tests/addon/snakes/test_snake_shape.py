@@ -155,15 +155,28 @@ def turns_within_plates(room, shape):
     return (np.bincount(plate, angle * roll) / np.bincount(plate, angle**2))[faces == faces.max()]
 
 
+def test_scatter_multiplies_the_tilts_of_plates_which_are_larger_in_bends(room, make):
+    """Heights of points over a snake without tilts, in the species' own unit."""
+    level, own, twice = (make(scatter=scatter).points for scatter in (0.0, 1.0, 2.0))
+    np.testing.assert_allclose(twice - level, 2 * (own - level), rtol=0.01, atol=1e-8)
+    snake = make()
+    spine = room["body"].spine_along(room["body"].POSES["RESTING"], 1.0)
+    bend = np.abs(room["body"].body_along(spine, room["body"].SPECIES["XENOPELTIS"]).bends(snake.s))
+    moved = np.linalg.norm(own - level, axis=1)
+    stout = (snake.s > 0.25) & (snake.s < 0.6)
+    straight, bent = (moved[stout & where].mean() for where in (bend < 0.05, bend > 0.25))
+    assert bent > 1.5 * straight
+
+
 @pytest.mark.night("test_the_same_seed_makes_the_same_snake_and_another_seed_turns_its_plates")
-@pytest.mark.parametrize("flatness", [0.75, 1.0])
+@pytest.mark.parametrize("flatness", [0.3, 1.0])
 def test_flat_plates_take_away_their_share_of_the_bodys_roundness(room, make, flatness):
     round_plates, flat = (
         turns_within_plates(room, make("XENOPELTIS", "S", 500_000, flatness=value)) for value in (0.0, flatness)
     )
     assert len(flat) > 50
     # A plate takes away the mean turn under its inner part; the outer parts of the body are a little rounder.
-    assert np.median(flat) / np.median(round_plates) == pytest.approx(1 - flatness, abs=0.05)
+    assert np.median(flat) / np.median(round_plates) == pytest.approx(1 - flatness, abs=0.06)
 
 
 def test_the_same_seed_makes_the_same_snake_and_another_seed_turns_its_plates(make, room):
