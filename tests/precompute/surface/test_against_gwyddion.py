@@ -2,7 +2,7 @@
 """Rare headers and missing points, put into real files and compared with Gwyddion's values.
 
 The figures below come from Gwyddion 2.62: from the fields and masks that `gwyddion --convert-to-gwy=OUT.gwy IN` made of
-the files that these tests make. docs/formats.md has the table."""
+the files that these tests make. docs/formats.md says where both differ."""
 
 import hashlib
 import struct
