@@ -9,7 +9,7 @@ A needs file is JSON. Every key but the format is optional:
      "footprint": 0.01,                                     the least change of (u, v) across a pixel
      "measured": {...}}                                     how the file was made; a bake ignores it
 
-docs/needs.md describes them for users.
+docs/scans.md describes them for users.
 """
 
 import math

@@ -61,7 +61,7 @@ def folder(tmp_path) -> Path:
     (tmp_path / "lamp.csv").write_text("400, 1\n700, 1\n")
     points = np.eye(3)
     np.savez(tmp_path / "mesh.npz", points=points, triangles=[[0, 1, 2]], polygons=[0])
-    needs = re.search(r"^    (\{.*?\})$", text_of("needs"), re.MULTILINE | re.DOTALL)[1]
+    needs = re.search(r"^    (\{.*?\})$", text_of("scans"), re.MULTILINE | re.DOTALL)[1]
     (tmp_path / "needs.json").write_text(json.dumps(json.loads(needs)))
     lines = re.search(r"^    output = .*?(?=^\S)", text_of("jobs"), re.MULTILINE | re.DOTALL)[0]
     job = re.sub(r"^    ", "", lines, flags=re.MULTILINE)
