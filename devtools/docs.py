@@ -12,7 +12,7 @@ from .environments import Environment
 from .pages import DOCS, faults_of_pages
 from .steps import clean_environment, say
 
-# What a browser would load from another host as it opens a page. Links that a reader clicks are no part of this.
+# What a browser loads from another host when it opens a page. Links that a reader clicks do not count.
 _LOADED = re.compile(r"<(?:link|script|img|iframe|source)\b[^>]*?\b(?:href|src)=\"((?:https?:)?//[^\"]*)")
 # A file that Sphinx writes into each site.
 _MARK = "objects.inv"

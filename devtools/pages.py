@@ -18,7 +18,7 @@ PAGES_MAX, WORDS_MAX = 22, 37_500
 SENTENCE_WORDS_MAX = 30
 # The parts of the site whose pages name buttons and settings.
 ARTISTS_PARTS = ("Start", "Guide")
-# What those pages write like a label of ours and is none: Blender's own labels, and names of species.
+# Texts on those pages that look like our labels: Blender's own labels, and names of species.
 NOT_OURS = frozenset({
     "Add Remote Asset Library", "Adjust Last Operation", "Anisotropic Filtering", "Bump Map Correction",
     "Caustics > Reflective", "Clamping > Indirect Light", "Color", "EEVEE", "Elaphe guttata", "Filter Glossy",
