@@ -11,7 +11,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NoReturn
 
-from . import ROOT, DevError, blender, chroot, docs, environments, machine, mutants, packages, release, suites
+from . import ROOT, DevError, blender, chroot, environments, machine, mutants, packages, release, suites
+from .docs import site
 from .environments import ALL, BPY45, DOCS, LINT, Environment
 from .steps import become, clean_environment, project_environment
 from .window import walk
@@ -137,8 +138,8 @@ def make_docs(_: argparse.Namespace, arguments: list[str]) -> int:
     parser.add_argument("--external", action="store_true", help="also fetch the links into the web")
     own = parser.parse_args(arguments)
     output = own.output.absolute()
-    faults = docs.build(environments.require(DOCS), output, external=own.external)
-    print("\n".join([*faults, f"{output / 'index.html'} ({docs.megabytes(output):.1f} MB)"]))
+    faults = site.build(environments.require(DOCS), output, external=own.external)
+    print("\n".join([*faults, f"{output / 'index.html'} ({site.megabytes(output):.1f} MB)"]))
     return 1 if faults else 0
 
 

@@ -29,7 +29,7 @@ LABELS = {
 
 def translated(text: str, /, **values: object) -> str:
     """A text in the language of Blender's interface. It names its values in braces, and a translation may order them
-    otherwise. `python -m devtools.user_texts` lists the texts for translators."""
+    otherwise. `python -m devtools.docs.user_texts` lists the texts for translators."""
     found: str = pgettext_iface(text)  # type: ignore[func-returns-value, assignment]  # the stubs say it returns None
     if not values:
         return found

@@ -3,8 +3,8 @@
 
 import pytest
 
-from devtools import pages
-from devtools.docs import loaded_from_outside
+from devtools.docs import pages
+from devtools.docs.site import loaded_from_outside
 
 KNOWN = {"Light Rig", "Put on {name}", "All by Samples"}
 LONG = " ".join(["word"] * 31)

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import pytest
 
 from devtools import cli
-from devtools.pages import faults_of_pages
+from devtools.docs.pages import faults_of_pages
 from laboratory.benchmarks.__main__ import main as bench
 from laboratory.verbs import PACKAGES
 from precompute.cli.parser import build_parser

@@ -7,7 +7,7 @@ import re
 
 import pytest
 
-from devtools.user_texts import artist_texts, template, user_texts
+from devtools.docs.user_texts import artist_texts, template, user_texts
 
 from .test_layering import ROOT, sources, tree_of
 

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import bpy
 import pytest
 
-from devtools.user_texts import template
+from devtools.docs.user_texts import template
 from tests.addon.layout import Layout, context_of
 from tests.hostile.shader_editor import shader_editor
 

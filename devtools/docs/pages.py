@@ -9,7 +9,7 @@ import re
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
-from . import ROOT
+from .. import ROOT
 from .user_texts import preset_titles, texts_of
 
 DOCS = ROOT / "docs"

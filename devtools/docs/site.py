@@ -7,10 +7,10 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-from . import ROOT, DevError
-from .environments import Environment
+from .. import ROOT, DevError
+from ..environments import Environment
+from ..steps import clean_environment, say
 from .pages import DOCS, faults_of_pages
-from .steps import clean_environment, say
 
 # What a browser loads from another host when it opens a page. Links that a reader clicks do not count.
 _LOADED = re.compile(r"<(?:link|script|img|iframe|source)\b[^>]*?\b(?:href|src)=\"((?:https?:)?//[^\"]*)")

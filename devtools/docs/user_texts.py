@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """All texts of the add-on that an artist reads: labels, tooltips, notes, errors and reports.
 
-`python -m devtools.user_texts > texts.pot` writes those that Blender can look up in a translation, as a gettext
+`python -m devtools.docs.user_texts > texts.pot` writes those that Blender can look up in a translation, as a gettext
 template: all except f-strings with values. The texts come from the syntax trees, so Blender does not start. A part that
 is known only when Blender runs stands in braces, as in the source."""
 
@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from . import ROOT
-from .changed import tree_of
+from .. import ROOT
+from ..changed import tree_of
 
 _FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
 _LABELS = {"bl_label", "bl_description", "bl_category"}
