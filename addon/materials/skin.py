@@ -289,6 +289,11 @@ def heavy(group: bpy.types.NodeTree) -> list[str]:
     return [f"{group.name}: slow on a graphics card, by its {look_ups:.0f} look-ups a sample; {_REMEDY}"]
 
 
+def warnings_of(group: bpy.types.NodeTree) -> list[str]:
+    """A line for each reason why a Diffraction group renders slowly or loses lights."""
+    return [*crowded(group), *heavy(group)]
+
+
 def too_large(name: str) -> str:
     """The warning for a group or a material that is too large for EEVEE."""
     return f"{name}: too large for EEVEE, which may show it magenta; {_REMEDY}, or render with Cycles"

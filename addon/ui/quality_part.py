@@ -30,7 +30,8 @@ def draw_quality(layout, context, grating) -> None:
     row.prop(grating, "footprint")
     row.prop(grating, "shadows")
     row.prop(grating, "every_lamp")
-    for line in heavy(grating.group) if grating.group else ():
+    group = grating.group
+    for line in heavy(group) if group else ():
         draw_note(layout, context, line, icon="INFO")
     header, body = layout.panel_prop(folds(context), DETAILS)
     header.label(text="Details")
@@ -40,5 +41,5 @@ def draw_quality(layout, context, grating) -> None:
         settings.prop(grating, "coherence_um", text="Coherence (um)" if grating.coherence_um else "Coherence (auto)")
         settings.prop(grating, "spread_deg")
         settings.prop(grating, "illuminant", placeholder=DAYLIGHT)
-        summary = [grating.bake_summary, cost_of(grating.group)] if grating.group else [grating.bake_summary]
+        summary = [grating.bake_summary, cost_of(group) if group else ""]
         draw_facts(body, context, "\n".join(filter(None, summary)))

@@ -20,7 +20,7 @@ from ..materials.material import (
     overfull,
     remove_diffraction,
 )
-from ..materials.skin import crowded, heavy
+from ..materials.skin import warnings_of
 from .chosen_meshes import check_can_change, data_is_fixed, meshes_among, no_meshes, slots_with_faces
 from .finding_bakes import notice_outside
 from .lights.fitting_worlds import forget_unread_sources, want_fit
@@ -147,7 +147,7 @@ def further(scene: bpy.types.Scene, grating: Grating) -> list[str]:
         want_fit(scene)
     except GratingError as error:
         failed = [str(error)]
-    return [*failed, *notice_outside(scene), *crowded(grating.group), *heavy(grating.group), *dull(scene, grating)]
+    return [*failed, *notice_outside(scene), *warnings_of(grating.group), *dull(scene, grating)]
 
 
 def _put_in_active_slot(selection: Selection, mesh: bpy.types.Object, material: bpy.types.Material) -> str:

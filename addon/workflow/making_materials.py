@@ -21,13 +21,12 @@ from ..materials.material import add_diffraction, diffraction_nodes, new_diffrac
 from ..materials.response import Response, is_in_other_space, response_in, responses_in
 from ..materials.skin import (
     answers_to_world,
-    crowded,
     group_around,
-    heavy,
     refill,
     set_up,
     set_variation,
     take_back,
+    warnings_of,
 )
 from .directing import meshes_that_show
 from .finding_bakes import bake_of
@@ -136,7 +135,7 @@ def choose_lights(grating: Grating, lights: str) -> list[str]:
     if group is None:
         return report
     set_up(group, shadows=grating.shadows, lights=lights)
-    return report + lamps_alone(grating) + lost([group]) + crowded(group)
+    return report + lamps_alone(grating) + lost([group]) + warnings_of(group)
 
 
 def lamps_alone(grating: Grating) -> list[str]:
@@ -187,13 +186,7 @@ def vary(scene: bpy.types.Scene, grating: Grating, choice: Variation, *, others:
     set_variation(group, choice, [_response_of(scene, other) for other in others])
     meshes = meshes_that_show(group)
     unseen = [] if meshes else [f"{grating.name}: no mesh shows it yet; press Assign to Selected"]
-    return [
-        f"{grating.name}: {choice.summary}",
-        *prepare_meshes(group, meshes),
-        *unseen,
-        *crowded(group),
-        *heavy(group),
-    ]
+    return [f"{grating.name}: {choice.summary}", *prepare_meshes(group, meshes), *unseen, *warnings_of(group)]
 
 
 def _response_of(scene: bpy.types.Scene, grating: Grating) -> Response:
