@@ -11,17 +11,20 @@ from devtools import ROOT
 _PLACE = re.compile(r"<!-- (?P<name>[^/>][^>]*) -->.*?<!-- /(?P=name) -->", re.DOTALL)
 
 
-def filled(page: str, figures: Mapping[str, str]) -> str:
-    """The text of a page of docs/ with new figures in the places that they are named after.
+def filled(page: str, figures: Mapping[str, str], *, part: str = "") -> str:
+    """The text of a page of docs/ with new figures in the places that they are named after. If several programs fill
+    the page, `part` is the beginning of the names of one program's places; the others stay.
 
     Raises ValueError if the page does not have exactly these places."""
     text = (ROOT / "docs" / page).read_text(encoding="utf-8")
-    places = [place["name"] for place in _PLACE.finditer(text)]
+    places = [place["name"] for place in _PLACE.finditer(text) if place["name"].startswith(part)]
     if sorted(places) != sorted(figures):
         raise ValueError(f"{page}: its places are {places}, the figures {list(figures)}")
 
     def new(place: re.Match) -> str:
         name, old = place["name"], place[0]
+        if not name.startswith(part):
+            return old
         around = "\n" if "-->\n" in old else ""
         return f"<!-- {name} -->{around}{figures[name].strip()}{around}<!-- /{name} -->"
 
