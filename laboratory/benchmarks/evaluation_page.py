@@ -96,7 +96,7 @@ def map_table(maps: Sequence) -> str:
     one."""
     cells = []
     for one in maps:
-        beside = f"<br>thesis: `{one.thesis.removeprefix('brdfmap__')}`" if one.thesis else ""
+        beside = f"<br>`{one.thesis.removeprefix('brdfmap__')}`" if one.thesis else ""
         cells.append(f"![{one.caption}](images/evaluation/{one.name}.png)<br>{one.caption}{beside}")
     width = min(COLUMNS, len(cells))
     cells += [""] * (-len(cells) % width)

@@ -81,15 +81,11 @@ def text(result: BenchmarkResult) -> str:
 def _setting(result: BenchmarkResult) -> str:
     machine, pairs = result.machine, result.pairs
     rows = [
-        ["machine", f"{machine.processor}, {machine.cores} cores, no GPU; load average {machine.load} at the start"],
-        ["software", f"{machine.system}, Python {machine.python}, NumPy {machine.numpy}"],
-        ["time of the whole run", f"{number(result.seconds / 60, 2)} minutes"],
-        ["scan of Elaphe", result.surface],
-        ["scan of Xenopeltis", result.xenopeltis],
-        ["coherence length at 550 nm", f"{result.coherence_um:g} um"],
-        ["side of the piece that a method of the ensemble model sees", f"{result.piece_um:g} um"],
-        ["direction pairs a surface, ensemble model", f"{pairs['ensemble']:,}"],
-        ["direction pairs a surface, patch model", f"{pairs['patch']:,}"],
+        ["machine", f"{machine.processor}, {machine.cores} cores, Python {machine.python}, NumPy {machine.numpy}"],
+        ["whole run", f"{number(result.seconds / 60, 2)} minutes"],
+        ["scans", f"{result.surface}, {result.xenopeltis}"],
+        ["coherence length, piece of the scan", f"{result.coherence_um:g} um, {result.piece_um:g} um"],
+        ["direction pairs, ensemble and patch model", f"{pairs['ensemble']:,}, {pairs['patch']:,}"],
     ]
     return table(["setting", "value"], rows)
 
