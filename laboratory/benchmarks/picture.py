@@ -260,8 +260,6 @@ def text(tables: list[dict], arguments: argparse.Namespace, *, on: Machine, blen
         ["command", f"`./dev bench picture {chosen}{command}`"],
         ["machine", f"{on.processor}, {on.cores} cores, no GPU"],
         ["Blender", blender],
-        ["width of a picture", f"{arguments.width} pixels"],
-        ["samples of the reference", f"{arguments.reference}"],
     ]
     figures = {
         "picture setting": table(["setting", "value"], setting),
