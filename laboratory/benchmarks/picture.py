@@ -38,7 +38,7 @@ from precompute.table import atlas
 from ..speed.page import number
 from ..speed.result import Machine, machine
 from ..study import plots
-from ..study.pages import filled, table
+from ..study.pages import filled, table, write_page
 from . import report
 from .blender import colour_differences, direct_shader_response, start_blender, thesis_response
 from .studio import SCENES, Scene
@@ -88,7 +88,7 @@ def main(argv: list[str] | None = None) -> int:
                 tables.append(facts)
     report.write({"tables": tables}, arguments.json)
     if arguments.output:
-        write_page(tables, arguments)
+        write_files(tables, arguments)
     return 0
 
 
@@ -234,13 +234,15 @@ def as_text(row: dict) -> str:
 
 
 PAGE, PLOT = "speed.md", "speed_in_the_picture.png"
+# The names of this program's places in the page begin so.
+PART = "picture "
 TITLES = {"hero": "A snake from afar", "macro": "Scales close by", "cd": "A disc"}
 _ENGINE_TITLES = {"cycles": "Cycles", "eevee": "EEVEE"}
 # Bakes whose rows the page leaves out; the command prints them.
 _OTHER_BAKES = tuple(f"Direct dE {budget:g}" for budget in BUDGETS if budget != 1)
 
 
-def write_page(tables: list[dict], arguments: argparse.Namespace) -> None:
+def write_files(tables: list[dict], arguments: argparse.Namespace) -> None:
     """Write the page and its plot into a folder."""
     import bpy
 
@@ -248,7 +250,7 @@ def write_page(tables: list[dict], arguments: argparse.Namespace) -> None:
     images.mkdir(parents=True, exist_ok=True)
     plot(tables, images / PLOT)
     page = text(tables, arguments, on=machine(), blender=bpy.app.version_string)
-    write_whole(arguments.output / PAGE, lambda partial: partial.write_text(page, encoding="utf-8"))
+    write_page(arguments.output, PAGE, page, part=PART)
 
 
 def text(tables: list[dict], arguments: argparse.Namespace, *, on: Machine, blender: str) -> str:
@@ -265,7 +267,7 @@ def text(tables: list[dict], arguments: argparse.Namespace, *, on: Machine, blen
         "picture setting": table(["setting", "value"], setting),
         "picture methods": methods(tables),
     }
-    return filled(PAGE, figures, part="picture ")
+    return filled(PAGE, figures, part=PART)
 
 
 def methods(tables: list[dict]) -> str:

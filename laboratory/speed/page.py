@@ -15,6 +15,8 @@ from ..study.traits import TRAITS
 from .result import BenchmarkResult, Row
 
 PAGE, PICTURE = "speed.md", "speed_against_error.png"
+# The names of this program's places in the page begin so.
+PART = "core "
 BAKE = ENTRY.name
 QUICK = "*A quick run: small pieces, few directions. Its ratios are no result.*"
 # dE00 that no eye sees side by side, the budget of a bake by default.
@@ -75,7 +77,7 @@ def text(result: BenchmarkResult) -> str:
         "core methods": _methods(result),
         "core choice": _choice(result),
     }
-    return filled(PAGE, figures, part="core ")
+    return filled(PAGE, figures, part=PART)
 
 
 def _setting(result: BenchmarkResult) -> str:

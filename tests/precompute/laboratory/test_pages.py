@@ -3,6 +3,7 @@
 
 import argparse
 import ast
+import json
 import re
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import pytest
 from laboratory.benchmarks import evaluation_maps, evaluation_page, picture
 from laboratory.speed.result import Machine
 from laboratory.study import pages, terms
+from precompute.bake.cache import BAKE_VERSION
 
 ROOT = Path(__file__).resolve().parents[3]
 DOCS = ROOT / "docs"
@@ -42,6 +44,15 @@ def test_a_page_is_filled_with_figures(monkeypatch, tmp_path):
     for figures in ({}, {"n": "2"}, {"n": "2", "a table": "", "more": ""}):
         with pytest.raises(ValueError, match="page.md: its places are"):
             pages.filled("page.md", figures)
+
+
+def test_a_page_is_written_with_the_record_of_its_figures(tmp_path):
+    text = "<!-- one a -->1<!-- /one a -->\n<!-- two b -->2<!-- /two b -->\n"
+    pages.write_page(tmp_path, "page.md", text, part="two ")
+    assert (tmp_path / "page.md").read_text() == text
+    record = json.loads((tmp_path / "figures.json").read_text())
+    assert record.pop("page.md") == {"two b": {"bake_version": BAKE_VERSION, "figure": "2"}}
+    assert record == json.loads((DOCS / "figures.json").read_text())
 
 
 @pytest.mark.parametrize("page", sorted(FILLED))
