@@ -88,7 +88,7 @@ def test_the_picture_has_a_place_for_every_figure():
     assert "`./dev bench picture --scene cd --width 99 --reference 77 --most 5 --output docs`" in page
     assert "| a processor, 3 cores, no GPU |" in page and "| Blender | 9.9 |" in page
     assert "| A disc, EEVEE | half of the reference | - | 3.00 | 2.0 | 0.0500 |" in page
-    assert "| A disc, EEVEE | Direct dE 1 | 4 | 1.50 | 2.0 | 0.0500 |" in page and "dE 3" not in page
+    assert "| A disc, EEVEE | Direct dE 1 | 4 | 1.50 | 2.0 | 0.0500 |" in page and "Direct dE 3" not in page
     assert "<!-- core setting -->" in page
 
 
