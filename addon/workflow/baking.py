@@ -44,9 +44,9 @@ from ..materials.response import response_in, responses_in
 from .finding_bakes import bake_of
 from .making_materials import refresh_group
 
-# Time limit in hours for each scan of a bake. On two cores, 8192 x 8192 pixels are baked and checked in 142 s
-# (docs/speed_against_error.md). The largest scan that a reader accepts, 90 million pixels, takes 190 s, and twice that
-# if the bake is refined. A day is 200 times as long, for deep reliefs, slow computers and waiting for other bakes.
+# Time limit in hours for each scan of a bake. On two cores, 8192 x 8192 pixels are baked and checked in 142 s.
+# The largest scan that a reader accepts, 90 million pixels, takes 190 s, and twice that if the
+# bake is refined. A day is 200 times as long, for deep reliefs, slow computers and waiting for other bakes.
 _LONGEST_HOURS = 24
 # The dE00 of the colours that a working space lacks, and their share of the light, from which on the panel tells them.
 _TOLD_DELTA_E, _TOLD_SHARE = 5.0, 0.1

@@ -29,6 +29,7 @@ from precompute.surface.samples.ruled_gratings import blazed
 from ..speed.surfaces import SKINS
 from ..study import evaluation, slits, terms
 from ..study.colour_comparison import compare_bake
+from ..study.pages import write_page
 from ..study.response import WINDOW, FirstOrder, first_order_plane, response
 from ..study.traits import DEFAULT_METHODS
 from . import evaluation_page, report
@@ -227,7 +228,7 @@ def main(argv: list[str] | None = None) -> None:
     terms.plot(images / "terms.png")
     save_small(Image.open(images / "terms.png"), images / "terms.png")
     slits.plot(images / "slits.png")
-    (arguments.output / "evaluation.md").write_text(evaluation_page.text(facts, wanted))
+    write_page(arguments.output, "evaluation.md", evaluation_page.text(facts, wanted))
     seconds = time.perf_counter() - started
     report.say(f"{arguments.output / 'evaluation.md'}: {seconds:.0f} s", arguments.json)
     report.write({**facts.as_dict(), "seconds": seconds}, arguments.json)

@@ -2,17 +2,16 @@
 """The figures of docs/evaluation.md, computed by laboratory.benchmarks.evaluation. The sentences stand in the page."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from ..study import terms
 from ..study.pages import filled, table
 from .evaluation_maps import Agreement
 
 COLUMNS = 4
 STAND_INS = "*The scans were missing in this run: `sample:elaphe` and `sample:xenopeltis` take their places.*"
-NO_MAPS = "*The thesis's maps were missing in this run.*"
+NO_MAPS = "unknown, because the thesis's maps were missing in this run"
 
 
 @dataclass(frozen=True)
@@ -46,35 +45,13 @@ def text(facts: Facts, groups: dict) -> str:
     figures = {
         "stand-ins": "" if facts.scan else STAND_INS,
         "table 5.1": thesis_table(facts.tables),
-        "blaze": period_table(facts.tables["blaze"], 2.5e-6),
         "grid": f"{facts.grid_variance:.3f}",
-        "elaphe": period_table(facts.tables["elaphe"]),
-        "xenopeltis": period_table(facts.tables["xenopeltis"]),
         "bakes": bake_table(facts.bakes),
-        "agreement": agreement_table(facts.agreements),
-        "terms": "```\n" + terms.as_text(facts.terms) + "\n```",
+        "agreement": agreement(facts.agreements),
     }
     figures |= {f"periods of {name}": spread(periods_nm) for name, periods_nm in facts.patches.items()}
     figures |= {f"maps of {name}": map_table(maps) for name, maps in groups.items()}
     return filled("evaluation.md", figures)
-
-
-def period_table(rows: Sequence, true_m: float | None = None) -> str:
-    """The table of a surface's rows.
-
-    It gives the mean and the variance of the period, and the rms error of the angles against the grating equation:
-    with the method's own mean period and, where it is known, with the true period."""
-    head = ["method", "period, nm", "variance, nm^2", "angle rms, degrees"]
-    head += ["against the true period"] if true_m else []
-    lines = []
-    for row in rows:
-        own = row.evaluation.as_dict()
-        cells = [row.label, f"{own['period_mean_nm']:.3f}", f"{own['period_variance_nm']:.4g}"]
-        cells.append(f"{own['peak_angle_rms_deg']:.5f}")
-        if true_m:
-            cells.append(f"{replace(row.evaluation, expected_m=true_m).as_dict()['peak_angle_rms_deg']:.5f}")
-        lines.append(cells + [row.thesis or "-", f"{own['seconds']:.1f}"])
-    return table([*head, "thesis, mean / variance", "s"], lines)
 
 
 def thesis_table(tables: dict[str, list]) -> str:
@@ -94,15 +71,13 @@ def spread(periods_nm: list[float]) -> str:
     return f"{low:.0f} to {high:.0f} nm (mean {mean:.1f}, standard deviation {np.std(periods_nm):.1f})"
 
 
-def agreement_table(agreements: Sequence[Agreement]) -> str:
-    """The rank correlations of our maps with the thesis's."""
-    if not agreements:
+def agreement(agreements: Sequence[Agreement]) -> str:
+    """The range and the median of the rank correlations of our maps with the thesis's."""
+    values = [value for one in agreements for value in one.upright]
+    if not values:
         return NO_MAPS
-    lines = []
-    for one in agreements:
-        upright, turned = (", ".join(f"{value:.2f}" for value in values) for values in (one.upright, one.turned))
-        lines.append([f"`{one.name}`", f"`{one.thesis.removeprefix('brdfmap__')}`", upright, turned])
-    return table(["our map", "the thesis's", "red, green, blue", "ours turned by half a turn"], lines)
+    least, most, median = min(values), max(values), np.median(values)
+    return f"{least:.2f} to {most:.2f}, with a median of {median:.2f}, in {len(agreements)} maps"
 
 
 def bake_table(bakes: dict) -> str:
@@ -121,7 +96,7 @@ def map_table(maps: Sequence) -> str:
     one."""
     cells = []
     for one in maps:
-        beside = f"<br>thesis: `{one.thesis.removeprefix('brdfmap__')}`" if one.thesis else ""
+        beside = f"<br>`{one.thesis.removeprefix('brdfmap__')}`" if one.thesis else ""
         cells.append(f"![{one.caption}](images/evaluation/{one.name}.png)<br>{one.caption}{beside}")
     width = min(COLUMNS, len(cells))
     cells += [""] * (-len(cells) % width)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Hard cases: each bake either agrees with the reference or is refused with a reason.
 
-    ./dev bench hard_cases [--output FILE.md] [--json FILE|-]
+    ./dev bench hard_cases [--json FILE|-]
 
 Each surface is baked as the command `bake` does it. The table that the bake's file would hold is compared with the
 reference (exact transforms in float64, precompute/reference) on a few hundred pairs that the self-check does not use.
@@ -9,7 +9,6 @@ reference (exact transforms in float64, precompute/reference) on a few hundred p
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
@@ -32,7 +31,6 @@ from precompute.surface.relief import Relief, prepare
 from precompute.surface.samples.ruled_gratings import sinusoidal
 from precompute.table.table import Table
 
-from ..study.pages import filled, table
 from . import report
 from .hemisphere import directional_albedo_xyz
 
@@ -322,23 +320,15 @@ def outcome(case: Case, baker: Baker = as_baked) -> Outcome:
     return Outcome(errors, case.figures(relief, baked) if case.figures else None)
 
 
-def page(outcomes: list[Outcome]) -> str:
-    """The text of docs/hard_cases.md."""
-    rows = [[case.name, case.asked, each.text] for case, each in zip(CASES, outcomes, strict=True)]
-    return filled("hard_cases.md", {"cases": table(["case", "asked", "value, error or refusal"], rows)})
-
-
 def main(argv: list[str] | None = None) -> None:
-    """Print the table and write the page."""
+    """Print what each case gives."""
     parser = OneLineParser(prog="./dev bench hard_cases", description="Surfaces that are hard.")
-    parser.add_argument("--output", type=Path, default=Path("docs", "hard_cases.md"), metavar="FILE.md")
     report.add_json(parser)
     arguments = parser.parse_args(argv)
     outcomes = []
     for case in CASES:
         outcomes.append(outcome(case))
         report.say(f"{case.name:<42} {case.asked:<52} {outcomes[-1].text}", arguments.json)
-    arguments.output.write_text(page(outcomes))
     cases = zip(CASES, outcomes, strict=True)
     facts = [{"case": case.name, "asked": case.asked, **each.as_dict()} for case, each in cases]
     report.write({"cases": facts}, arguments.json)

@@ -36,10 +36,9 @@ from precompute.surface.relief import prepare
 from precompute.table import atlas
 
 from ..speed.page import number
-from ..speed.pareto_front import pareto
 from ..speed.result import Machine, machine
 from ..study import plots
-from ..study.pages import filled, table
+from ..study.pages import filled, table, write_page
 from . import report
 from .blender import colour_differences, direct_shader_response, start_blender, thesis_response
 from .studio import SCENES, Scene
@@ -89,7 +88,7 @@ def main(argv: list[str] | None = None) -> int:
                 tables.append(facts)
     report.write({"tables": tables}, arguments.json)
     if arguments.output:
-        write_page(tables, arguments)
+        write_files(tables, arguments)
     return 0
 
 
@@ -234,12 +233,16 @@ def as_text(row: dict) -> str:
     )
 
 
-PAGE, PLOT = "speed_in_the_picture.md", "speed_in_the_picture.png"
+PAGE, PLOT = "speed.md", "speed_in_the_picture.png"
+# The names of this program's places in the page begin so.
+PART = "picture "
 TITLES = {"hero": "A snake from afar", "macro": "Scales close by", "cd": "A disc"}
 _ENGINE_TITLES = {"cycles": "Cycles", "eevee": "EEVEE"}
+# Bakes whose rows the page leaves out; the command prints them.
+_OTHER_BAKES = tuple(f"Direct dE {budget:g}" for budget in BUDGETS if budget != 1)
 
 
-def write_page(tables: list[dict], arguments: argparse.Namespace) -> None:
+def write_files(tables: list[dict], arguments: argparse.Namespace) -> None:
     """Write the page and its plot into a folder."""
     import bpy
 
@@ -247,7 +250,7 @@ def write_page(tables: list[dict], arguments: argparse.Namespace) -> None:
     images.mkdir(parents=True, exist_ok=True)
     plot(tables, images / PLOT)
     page = text(tables, arguments, on=machine(), blender=bpy.app.version_string)
-    write_whole(arguments.output / PAGE, lambda partial: partial.write_text(page, encoding="utf-8"))
+    write_page(arguments.output, PAGE, page, part=PART)
 
 
 def text(tables: list[dict], arguments: argparse.Namespace, *, on: Machine, blender: str) -> str:
@@ -259,38 +262,27 @@ def text(tables: list[dict], arguments: argparse.Namespace, *, on: Machine, blen
         ["command", f"`./dev bench picture {chosen}{command}`"],
         ["machine", f"{on.processor}, {on.cores} cores, no GPU"],
         ["Blender", blender],
-        ["width of a picture", f"{arguments.width} pixels"],
-        ["samples of the reference", f"{arguments.reference}"],
     ]
     figures = {
-        "setting": table(["setting", "value"], setting),
-        "references": _references(tables),
-        "tables": "\n\n".join(map(section, tables)),
+        "picture setting": table(["setting", "value"], setting),
+        "picture methods": methods(tables),
     }
-    return filled(PAGE, figures)
+    return filled(PAGE, figures, part=PART)
 
 
-def _references(tables: list[dict]) -> str:
-    """The table of the errors of one half of each reference against the other half."""
-    rows = []
+def methods(tables: list[dict]) -> str:
+    """The table of each scene and engine: the reference's own error, and of each method the picture with the most
+    samples. Of the bakes it has the one of dE 1."""
+    head = ("scene, engine", "method", "samples", "seconds", "dE00 mean", "FLIP")
+    lines = []
     for each in tables:
-        own = each["reference"]
-        figures = [number(own["mean"], 2), f"{own['flip']:.4f}", number(own["seconds"])]
-        rows.append([TITLES[each["scene"]], _ENGINE_TITLES[each["engine"]], *figures])
-    return table(["scene", "compared with", "dE00 mean", "FLIP", "seconds"], rows)
-
-
-def section(facts: dict) -> str:
-    """A scene's table in one engine."""
-    front = [facts["rows"][k] for k in pareto([(row["seconds"], row["flip"]) for row in facts["rows"]])]
-    last = {row["method"]: row for row in facts["rows"]}  # the one with the most samples
-    lines = [
-        [f"**{row['method']}**" if row in front else row["method"], str(row["samples"]), number(row["seconds"]),
-         number(row["mean"], 2), number(row["p95"], 2), f"{row['flip']:.4f}", f"{row['light']:.3f}"]
-        for row in facts["rows"] if row in front or row is last[row["method"]]
-    ]  # fmt: skip
-    head = ("method", "samples", "seconds", "dE00 mean", "p95", "FLIP", "light")
-    return f"## {TITLES[facts['scene']]}, {_ENGINE_TITLES[facts['engine']]}\n\n{table(head, lines)}"
+        title = f"{TITLES[each['scene']]}, {_ENGINE_TITLES[each['engine']]}"
+        own = each["reference"] | {"method": "half of the reference", "samples": "-"}
+        last = {row["method"]: row for row in each["rows"]}  # the one with the most samples
+        for row in (own, *(row for name, row in last.items() if not name.startswith(_OTHER_BAKES))):
+            cells = [str(row["samples"]), number(row["seconds"]), number(row["mean"], 2), f"{row['flip']:.4f}"]
+            lines.append([title, row["method"], *cells])
+    return table(head, lines)
 
 
 def plot(tables: list[dict], path: Path) -> None:

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The result of a run as text and as a plot: the printed summary, and the figures of docs/speed_against_error.md. The
-sentences stand in the page itself."""
+"""The result of a run as text and as a plot: the printed summary, and the figures of docs/speed.md. The sentences stand
+in the page itself."""
 
 import math
-from collections.abc import Sequence
 from pathlib import Path
 
 from precompute.base.files import write_whole
@@ -15,7 +14,9 @@ from ..study.pages import filled, table
 from ..study.traits import TRAITS
 from .result import BenchmarkResult, Row
 
-PAGE, PICTURE = "speed_against_error.md", "speed_against_error.png"
+PAGE, PICTURE = "speed.md", "speed_against_error.png"
+# The names of this program's places in the page begin so.
+PART = "core "
 BAKE = ENTRY.name
 QUICK = "*A quick run: small pieces, few directions. Its ratios are no result.*"
 # dE00 that no eye sees side by side, the budget of a bake by default.
@@ -44,81 +45,65 @@ def mebibytes(count: float | None) -> str:
     return "-" if count is None else number(count / 2**20)
 
 
-def cells_of(row: Row, front: Sequence[str]) -> list[str]:
-    """A row of the table; a title on the front is bold."""
+def cells_of(row: Row) -> list[str]:
+    """A row of a surface's table."""
     return [
-        f"**{row.title}**" if row.title in front else row.title,
+        row.title,
         number(row.seconds_per_million), number(row.preparation_seconds, 2), mebibytes(row.peak_bytes),
         mebibytes(row.table_bytes), *(number(value, 2) for value in (row.mean, row.p95, row.p99, row.max)),
         number(row.relative_rms, 2), f"{row.peak_angle_deg:.3f}",
     ]  # fmt: skip
 
 
-def table_of(result: BenchmarkResult, surface: str) -> str:
-    """The shown rows of a surface in Markdown."""
-    return table(_COLUMNS, [cells_of(row, result.front[surface]) for row in result.shown(surface)])
-
-
 def summary(result: BenchmarkResult) -> str:
-    """What the command prints: the tables in columns, and the ratios."""
+    """What the command prints: a table for each surface in columns, and the methods that refused a surface."""
     lines = []
     for surface in result.front:
         lines += [NAMES[surface], f"{'':36}" + "".join(f"{name:>15}" for name in _COLUMNS[1:])]
         for row in result.rows_of(surface):
-            title, *cells = cells_of(row, ())
+            title, *cells = cells_of(row)
             mark = "*" if title in result.front[surface] else " "
             lines.append(f"{mark} {title:<34}" + "".join(f"{cell:>15}" for cell in cells))
     lines.append("* on the front of seconds against p99")
+    lines += [f"refused: {NAMES[one.surface]}, {one.title}: {one.reason}" for one in result.refused]
     return "\n".join(lines)
 
 
 def text(result: BenchmarkResult) -> str:
     """The page in Markdown, with the figures of a run."""
     figures = {
-        "quick": QUICK if result.quick else "",
-        "setting": _setting(result),
-        "reached": _reached(result),
-        "surfaces": "\n\n".join(_surface(result, surface) for surface in result.front),
-        "choice": _choice(result),
+        "core quick": QUICK if result.quick else "",
+        "core setting": _setting(result),
+        "core methods": _methods(result),
+        "core choice": _choice(result),
     }
-    return filled(PAGE, figures)
+    return filled(PAGE, figures, part=PART)
 
 
 def _setting(result: BenchmarkResult) -> str:
     machine, pairs = result.machine, result.pairs
     rows = [
-        ["machine", f"{machine.processor}, {machine.cores} cores, no GPU; load average {machine.load} at the start"],
-        ["software", f"{machine.system}, Python {machine.python}, NumPy {machine.numpy}"],
-        ["time of the whole run", f"{number(result.seconds / 60, 2)} minutes"],
-        ["scan of Elaphe", result.surface],
-        ["scan of Xenopeltis", result.xenopeltis],
-        ["coherence length at 550 nm", f"{result.coherence_um:g} um"],
-        ["side of the piece that a method of the ensemble model sees", f"{result.piece_um:g} um"],
-        ["direction pairs a surface, ensemble model", f"{pairs['ensemble']:,}"],
-        ["direction pairs a surface, patch model", f"{pairs['patch']:,}"],
+        ["machine", f"{machine.processor}, {machine.cores} cores, Python {machine.python}, NumPy {machine.numpy}"],
+        ["whole run", f"{number(result.seconds / 60, 2)} minutes"],
+        ["scans", f"{result.surface}, {result.xenopeltis}"],
+        ["coherence length, piece of the scan", f"{result.coherence_um:g} um, {result.piece_um:g} um"],
+        ["direction pairs, ensemble and patch model", f"{pairs['ensemble']:,}, {pairs['patch']:,}"],
     ]
     return table(["setting", "value"], rows)
 
 
-def _reached(result: BenchmarkResult) -> str:
-    """The table of the bakes by the dE00 that was asked for, and which of them another method beats."""
-    rows = []
+def _methods(result: BenchmarkResult) -> str:
+    """The table of every bake, and of the nearest row of every other method, on each surface."""
+    rows: dict[str, dict[str, Row]] = {}
     for surface in result.front:
-        others = [row for row in result.rows_of(surface) if row.method != BAKE]
-        for row in result.bakes_by_budget(surface):
-            rivals = ", ".join(other.title for other in others if other.beats(row))
-            rows.append([NAMES[surface], row.label.removeprefix("dE "), number(row.p99, 2), rivals or "none"])
-    return table(["surface", "dE00 asked for", "p99 reached", "faster and nearer"], rows)
+        for row in result.nearest(surface):
+            rows.setdefault(row.title if row.method == BAKE else row.method, {})[surface] = row
+    lines = [[name, *(_cell(found.get(surface)) for surface in result.front)] for name, found in rows.items()]
+    return table(["seconds, p99", *(NAMES[surface] for surface in result.front)], lines)
 
 
-def _surface(result: BenchmarkResult, surface: str) -> str:
-    """The table of a surface, and which methods refused it."""
-    parts = [f"### {NAMES[surface]}", table_of(result, surface)]
-    refused = [one for one in result.refused if one.surface == surface]
-    if refused:
-        names = ", ".join(dict.fromkeys(one.title for one in refused))
-        parts.append(f"Refused: {names}. Reason of the first: {refused[0].reason}.")
-    return "\n\n".join(parts)
+def _cell(row: Row | None) -> str:
+    return "refused" if row is None else f"{number(row.seconds_per_million)}, {number(row.p99, 2)}"
 
 
 def _choice(result: BenchmarkResult) -> str:

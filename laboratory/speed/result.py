@@ -129,8 +129,8 @@ class BenchmarkResult:
         rows = [row for row in self.rows_of(surface) if row.method == "bake"]
         return sorted(rows, key=lambda row: -float(row.label.removeprefix("dE ")))
 
-    def shown(self, surface: str) -> list[Row]:
-        """Of each method the rows on the front, and the nearest one, cheapest first."""
-        rows = self.rows_of(surface)
-        nearest = {row.method: row for row in sorted(rows, key=lambda row: -row.p99)}
-        return [row for row in rows if row.title in self.front[surface] or row is nearest[row.method]]
+    def nearest(self, surface: str) -> list[Row]:
+        """The bakes of a surface, the coarsest first, and of each other method the row with the least error."""
+        bakes = self.bakes_by_budget(surface)
+        nearest = {row.method: row for row in sorted(self.rows_of(surface), key=lambda row: -row.p99)}
+        return [*bakes, *(row for row in self.rows_of(surface) if row is nearest[row.method] and row not in bakes)]

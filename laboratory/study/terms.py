@@ -100,19 +100,6 @@ def _expected_loss(series: Series, relief_m: float, dtype: type) -> float | None
     return flss.expected_loss(2 * np.pi * S_MAX * expansion.scale_m, dtype) if "Taylor" in series.name else None
 
 
-def as_text(rows: list[dict]) -> str:
-    """The printed table."""
-    lines = [f"{'relief':>7}  {'series':<16} {f'terms to {TOLERANCE:g}':>14} {'error at last':>14} {'predicted':>10}"]
-    for row in rows:
-        loss = row["expected_loss"]
-        verdict = "" if loss is None else f"{loss:10.1e}" + ("  refused" if loss > flss.LOSS_MAX else "")
-        terms = row["terms"] or "never"
-        lines.append(
-            f"{row['relief_nm']:>4} nm  {row['series']:<16} {terms:>14} {row['error']:>14.1e} {verdict}".rstrip()
-        )
-    return "\n".join(lines)
-
-
 def plot(path: Path, dtype: type = np.float32) -> None:
     """Plot error against terms: six panels, one for each relief, with every series in each."""
     pyplot = plots.pyplot()

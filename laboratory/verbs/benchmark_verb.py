@@ -5,15 +5,15 @@ import argparse
 from pathlib import Path
 
 from precompute.base.failure import GratingError
-from precompute.base.files import write_whole
 from precompute.cli.arguments import add_json, path_argument
 from precompute.cli.printing import Progress, emit
 
 from ..speed import page
-from ..speed.page import PAGE, summary, write_picture
+from ..speed.page import PAGE, PART, summary, write_picture
 from ..speed.pareto_front import measure_all
 from ..speed.surfaces import FULL, QUICK, SHARED
 from ..study import plots
+from ..study.pages import write_page
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -41,6 +41,6 @@ def run(arguments: argparse.Namespace) -> None:
     result = measure_all(effort, arguments.shared or SHARED, Progress(arguments.progress))
     picture = write_picture(result, arguments.output / "images")
     file = arguments.output / PAGE
-    write_whole(file, lambda path: path.write_text(page.text(result), encoding="utf-8"))
+    write_page(arguments.output, PAGE, page.text(result), part=PART)
     files = [str(file), str(picture)]
     emit({**result.as_dict(), "files": files}, arguments.json, lambda: [*summary(result).splitlines(), *files])

@@ -61,6 +61,15 @@ def test_dead_links(tmp_path):
     assert pages.dead_links(page, text) == [(2, "the link #gone is dead"), (3, "the link gone.md is dead")]
 
 
+def test_figures_are_recorded_and_of_the_present_bakes():
+    text = "Of <!-- a -->1<!-- /a -->\n<!-- b -->\n2\n<!-- /b -->\n<!-- c -->3<!-- /c -->\n"
+    recorded = {"a": {"figure": "1", "bake_version": 5}, "b": {"figure": "2", "bake_version": 4}}
+    assert pages.old_figures(text, recorded, 5) == [
+        (2, "the figure b is of bakes of version 4, now 5; measure it again"),
+        (5, "the figure c is not that of docs/figures.json"),
+    ]
+
+
 def test_over_budget(monkeypatch):
     monkeypatch.setattr(pages, "PAGES_MAX", 2)
     monkeypatch.setattr(pages, "WORDS_MAX", 4)

@@ -26,7 +26,7 @@ def test_pages_have_no_faults():
 
 def test_the_readme_is_short_and_names_the_two_commands():
     text = (ROOT / "README.md").read_text(encoding="utf-8")
-    assert len(text.split()) <= 700
+    assert len(text.split()) <= 500
     assert "./dev demo --output demo" in text
     assert "./dev test" in text
 

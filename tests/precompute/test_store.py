@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Rules of Blender's extensions platform that the sources and the manifest show (docs/packages.md lists all rules)."""
+"""Rules of Blender's extensions platform that the sources and the manifest show. devtools/extensions_platform.md lists
+all rules."""
 
 import ast
 import re
@@ -10,6 +11,7 @@ import pytest
 from .test_layering import ROOT, SHIPPED, imports, tree_of
 
 MANIFEST = tomllib.loads((ROOT / "blender_manifest.toml").read_text(encoding="utf-8"))
+RULES = ROOT / "devtools" / "extensions_platform.md"
 # The platform's limit for a tagline and for the reason of a permission, in characters.
 TERSE = 64
 # Scripts of processes of their own: second Blenders, a keeper, and the worker of a farm. Nothing imports them.
@@ -143,7 +145,7 @@ def test_all_code_can_be_read():
 
 
 def test_each_proof_in_the_table_of_rules_is_there():
-    page = (ROOT / "docs" / "packages.md").read_text(encoding="utf-8")
+    page = RULES.read_text(encoding="utf-8")
     proofs = set(re.findall(r"`(tests/[\w/]+\.py)(?:::(\w+))?`", page))
     assert len(proofs) > 10
     for file, test in proofs:
@@ -151,7 +153,7 @@ def test_each_proof_in_the_table_of_rules_is_there():
 
 
 def test_the_entry_has_the_manifest_s_tagline_and_a_short_description():
-    page = (ROOT / "docs" / "packages.md").read_text(encoding="utf-8")
+    page = RULES.read_text(encoding="utf-8")
     assert f"> {MANIFEST['tagline']}\n" in page
     description = page.partition("## Description\n")[2].partition("\n###")[0]
     assert len(description.replace(">", "").split()) <= 200

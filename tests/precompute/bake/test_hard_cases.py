@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every hard case matches the reference or is refused with the reason (docs/hard_cases.md).
+"""Every hard case matches the reference or is refused with the reason (docs/data_flow.md, Hard surfaces).
 
 The surfaces and what each is compared with come from `./dev bench hard_cases`. To save time the bakes here skip their
 self-check, which other tests cover."""

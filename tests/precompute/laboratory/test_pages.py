@@ -3,22 +3,22 @@
 
 import argparse
 import ast
+import json
 import re
 from pathlib import Path
 
 import pytest
 
-from laboratory.benchmarks import evaluation_maps, evaluation_page, hard_cases, picture
+from laboratory.benchmarks import evaluation_maps, evaluation_page, picture
 from laboratory.speed.result import Machine
 from laboratory.study import pages, terms
+from precompute.bake.cache import BAKE_VERSION
 
 ROOT = Path(__file__).resolve().parents[3]
 DOCS = ROOT / "docs"
 FILLED = {
     "evaluation.md",
-    "hard_cases.md",
-    "speed_against_error.md",
-    "speed_in_the_picture.md",
+    "speed.md",
 }
 WRITERS = [path for path in (ROOT / "laboratory").rglob("*.py") if "study.pages import" in path.read_text()]
 # Words in one string of a program that writes a page; the longest are heads of tables and names of cases.
@@ -46,6 +46,15 @@ def test_a_page_is_filled_with_figures(monkeypatch, tmp_path):
             pages.filled("page.md", figures)
 
 
+def test_a_page_is_written_with_the_record_of_its_figures(tmp_path):
+    text = "<!-- one a -->1<!-- /one a -->\n<!-- two b -->2<!-- /two b -->\n"
+    pages.write_page(tmp_path, "page.md", text, part="two ")
+    assert (tmp_path / "page.md").read_text() == text
+    record = json.loads((tmp_path / "figures.json").read_text())
+    assert record.pop("page.md") == {"two b": {"bake_version": BAKE_VERSION, "figure": "2"}}
+    assert record == json.loads((DOCS / "figures.json").read_text())
+
+
 @pytest.mark.parametrize("page", sorted(FILLED))
 def test_a_page_filled_with_its_own_figures_stays_as_it_is(page):
     text = (DOCS / page).read_text()
@@ -68,23 +77,19 @@ def test_the_evaluation_has_a_place_for_every_figure():
     assert evaluation_page.STAND_INS in page and evaluation_page.NO_MAPS in page
 
 
-def test_the_hard_cases_have_a_place_for_every_figure():
-    none = hard_cases.Outcome(refusal="no")
-    page = hard_cases.page([none] * len(hard_cases.CASES))
-    assert "\n| flat | zeros | refused: no |\n" in page
-
-
 def test_the_picture_has_a_place_for_every_figure():
     errors = {"mean": 2.0, "p95": 9.0, "flip": 0.05, "light": 1.0}
     row = {"method": "Direct dE 1", "samples": 4, "seconds": 1.5, **errors}
-    tables = [{"scene": "cd", "engine": "eevee", "reference": {"seconds": 3.0, **errors}, "rows": [row]}]
+    other = row | {"method": "Direct dE 3"}
+    tables = [{"scene": "cd", "engine": "eevee", "reference": {"seconds": 3.0, **errors}, "rows": [other, row]}]
     arguments = argparse.Namespace(scene=["cd"], engine=None, width=99, reference=77, most=5.0)
     machine = Machine("a processor", 3, "Linux", "3", "2", "0.1")
     page = picture.text(tables, arguments, on=machine, blender="9.9")
     assert "`./dev bench picture --scene cd --width 99 --reference 77 --most 5 --output docs`" in page
     assert "| a processor, 3 cores, no GPU |" in page and "| Blender | 9.9 |" in page
-    assert "| A disc | EEVEE | 2.0 | 0.0500 | 3.00 |" in page
-    assert "## A disc, EEVEE" in page and "| **Direct dE 1** | 4 | 1.50 | 2.0 | 9.0 | 0.0500 | 1.000 |" in page
+    assert "| A disc, EEVEE | half of the reference | - | 3.00 | 2.0 | 0.0500 |" in page
+    assert "| A disc, EEVEE | Direct dE 1 | 4 | 1.50 | 2.0 | 0.0500 |" in page and "Direct dE 3" not in page
+    assert "<!-- core setting -->" in page
 
 
 @pytest.mark.parametrize("path", sorted(WRITERS), ids=lambda path: path.stem)

@@ -93,7 +93,7 @@ def test_gold_and_copper_are_coloured_and_silver_is_white():
 
 
 def test_chromium_is_darker_than_in_another_table():
-    """A. D. Rakic et al., Appl. Opt. 37, 5271-5283 (1998), interpolated linearly. docs/theory.md has the difference."""
+    """A. D. Rakic et al., Appl. Opt. 37, 5271-5283 (1998), interpolated linearly."""
     index = np.array([2.0246 + 3.8586j, 2.7891 + 4.1976j, 3.4256 + 4.273j])
     difference = np.abs((index - 1) / (index + 1)) ** 2 - normal_reflectance("chromium", [450, 550, 650])
     assert np.all((difference > 0.08) & (difference < 0.11))
