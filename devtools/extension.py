@@ -36,7 +36,9 @@ def link_extension(user_folder: Path, wheels: bool = False) -> Path:
     write_if_changed(folder / "blender_manifest.toml", manifest if wheels else WHEELS_LIST.sub("", manifest))
     for name in (*LINKED, "wheels") if wheels else LINKED:
         link(folder / name, ROOT / name)
-    link(folder / "drafts", ROOT / "drafts")  # the link leads nowhere until `./dev build` makes the drafts
+    # These links lead nowhere until `./dev build` makes the drafts, and `./dev docs` the manual.
+    link(folder / "drafts", ROOT / "drafts")
+    link(folder / "manual", ROOT / "dist" / "docs")
     return folder
 
 

@@ -17,7 +17,8 @@ from types import MappingProxyType
 from typing import Any
 
 from . import ENVIRONMENTS, ROOT, DevError
-from .environments import Environment
+from .docs import site
+from .environments import DOCS, Environment, require
 from .notices import NOTICES, notices_of
 from .steps import clean_environment, run_step, run_together, say
 
@@ -178,11 +179,23 @@ def texts_of(package: Path, website: str) -> dict[str, bytes]:
     return texts
 
 
+def manual() -> dict[str, bytes]:
+    """The site of docs/ for the zips, which the extension's button opens. Empty if Sphinx cannot be installed: the
+    extension then has no such button."""
+    try:
+        environment = require(DOCS)
+    except DevError as fault:
+        say(f"packages: without the manual, because {fault}")
+        return {}
+    return site.files(environment)
+
+
 def build(environment: Environment, output: Path, lock: bool = False, *, website: str = "") -> list[Path]:
     """Build and validate the zip of each platform, reproducibly. `website` goes into their manifests. Returns their
     paths. No partial zip is left in `output`."""
     fetch_wheels(environment, lock)
     make_drafts(environment)
+    pages = manual()
     output.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=output, prefix=".build-") as folder:
         say("packages: building ...")
@@ -190,6 +203,6 @@ def build(environment: Environment, output: Path, lock: bool = False, *, website
         extension_tool(environment, "build", *sources)
         packages = sorted(Path(folder).glob("*.zip"))
         for package in packages:
-            rewrite(package, texts_of(package, website))
+            rewrite(package, pages | texts_of(package, website))
             validate(package, environment)
         return [Path(shutil.move(package, output / package.name)) for package in packages]

@@ -9,7 +9,7 @@ import tempfile
 from pathlib import Path
 
 from . import ROOT, DevError, packages
-from .environments import Environment
+from .environments import DOCS, Environment, require
 
 CHANGELOG, NOTES, SUMS = "CHANGELOG.md", "RELEASE_NOTES.md", "SHA256SUMS"
 _UNRELEASED = "Unreleased"
@@ -24,6 +24,7 @@ def release(environment: Environment, output: Path, *, website: str = "", tag: b
     notes = checked_notes(version)
     if output.exists() and any(output.iterdir()):
         raise DevError(f"{output}: is not empty; remedy: give --output a new folder")
+    require(DOCS)  # a build may lack the manual, a release may not
     output.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=output.parent, prefix=".release-") as folder:
         made = Path(folder) / output.name

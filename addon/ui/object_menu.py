@@ -10,6 +10,7 @@ from ..operators.bake import BakeGrating, BakeNeeds
 from ..operators.direction import ChooseDirection, CombGrating, ShowDirection, Unwrap
 from ..operators.import_files import ImportHeightMap
 from ..operators.light import AddDiffractionLamp, AddLightRig, ChooseLights, CountLamp
+from ..operators.manual import OpenManual
 from ..operators.vary import AddHologram, PaintInput, UnpaintInput, VaryGrating
 from ..operators.why_black import WhyBlack
 from .panel import SampleMenu
@@ -22,7 +23,7 @@ _GROUPS = (
     (VaryGrating, (AddHologram, "pattern"), PaintInput, (UnpaintInput, "input")),
     (ChooseDirection, (CombGrating, "source"), Unwrap, ShowDirection),
     ((AddLightRig, "kind"), (ChooseLights, "lights"), CountLamp, AddDiffractionLamp),
-    (WhyBlack,),
+    (WhyBlack, OpenManual),
 )
 # Operators that ask for more in a dialog or a file browser.
 _ASKING = (ImportHeightMap, VaryGrating, PaintInput, ChooseDirection)

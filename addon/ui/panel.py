@@ -15,6 +15,7 @@ from ..operators.assign import AdoptMaterials
 from ..operators.import_files import ImportHeightMap, LoadBake
 from ..operators.light import AddLightRig
 from ..operators.make_assets import MakeAssets, RemoveAssets
+from ..operators.manual import draw_manual
 from ..operators.osl_reference import NewOslReference
 from ..operators.shared import draw_progress, running_bake, selected_meshes
 from ..operators.why_black import WhyBlack
@@ -98,6 +99,10 @@ class _Drawn(_Panel):
     def draw(self, context):
         _draw_work(self.layout, context)
         draw_missing(self.layout, context)
+
+    @guarded_draw
+    def draw_header_preset(self, context):
+        draw_manual(self.layout, text="", emboss=False)
 
 
 class GratingPanel(_Drawn, bpy.types.Panel):

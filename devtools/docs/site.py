@@ -16,6 +16,10 @@ from .pages import DOCS, faults_of_pages
 _LOADED = re.compile(r"<(?:link|script|img|iframe|source)\b[^>]*?\b(?:href|src)=\"((?:https?:)?//[^\"]*)")
 # A file that Sphinx writes into each site.
 _MARK = "objects.inv"
+# The folder of the site in a zip, where the extension's button looks for it.
+IN_ZIP = "manual"
+# The packages whose scripts and styles are in the site.
+_SCRIPTS = ("furo", "sphinx", "snowballstemmer", "pygments")
 
 
 def build(environment: Environment, output: Path, *, external: bool = False) -> list[str]:
@@ -35,6 +39,26 @@ def build(environment: Environment, output: Path, *, external: bool = False) -> 
         output.parent.mkdir(parents=True, exist_ok=True)
         shutil.move(site, output)
     return faults + faults_of_pages()
+
+
+def files(environment: Environment) -> dict[str, bytes]:
+    """Build the site. Returns the files that a zip ships, by their names in the zip. They depend only on the pages. The
+    theme's maps stay, because its minified scripts can be read with them."""
+    say("manual: building ...")
+    with tempfile.TemporaryDirectory() as folder:
+        site = Path(folder, "site")
+        _sphinx(environment, "html", site)
+        shipped = [path for path in site.rglob("*") if path.is_file() and path.name not in (_MARK, ".buildinfo")]
+        found = {path.relative_to(site).as_posix(): path.read_bytes() for path in shipped}
+    found["LICENSES.txt"] = _licences(environment)
+    return {f"{IN_ZIP}/{name}": content for name, content in found.items()}
+
+
+def _licences(environment: Environment) -> bytes:
+    """The licences of the scripts and styles that others wrote."""
+    texts = [path.read_bytes() for name in _SCRIPTS
+             for path in sorted(environment.folder.glob(f"lib/*/site-packages/{name}-*.dist-info/licenses/*"))]  # fmt: skip
+    return b"\n\n".join(texts)
 
 
 def _sphinx(environment: Environment, builder: str, folder: Path) -> list[str]:

@@ -28,7 +28,9 @@ WHEELS_OF = {
 PLATFORMS = tuple(WHEELS_OF)
 # Packages that have no wheel, by platform and Python.
 UNAVAILABLE = {("windows_arm64", "cp311"): {"xatlas"}, ("windows_arm64", "cp313"): {"xatlas"}}
-TOP_LEVEL = {"__init__.py", "blender_manifest.toml", "LICENSE", NOTICES, "addon", "drafts", "precompute", "wheels"}
+TOP_LEVEL = {
+    "__init__.py", "blender_manifest.toml", "LICENSE", NOTICES, "addon", "drafts", "manual", "precompute", "wheels",
+}  # fmt: skip
 
 # Builds the zips in another checkout, with the environments of this one, but an empty cache of drafts, and with a umask
 # that hides new files from other users.
@@ -39,6 +41,7 @@ from pathlib import Path
 sys.path.insert(0, {checkout!r})
 from devtools import environments, packages
 packages.ENVIRONMENTS = Path({cache!r})
+environments.ENVIRONMENTS = Path({environments!r})
 assert packages.ROOT == Path({checkout!r})
 os.umask(0o077)
 packages.build(environments.require(environments.BPY45), Path({output!r}))
@@ -73,6 +76,7 @@ def test_zip_holds_the_extension_and_nothing_else(built, platform):
     assert {name.partition("/")[0] for name in held} <= TOP_LEVEL
     assert {"__init__.py", "addon/__init__.py", "precompute/__init__.py", "LICENSE"} <= set(held)
     assert {f"drafts/{preset}/draft.json" for preset in preset_names()} <= set(held)
+    assert {f"manual/{page.stem}.html" for page in (ROOT / "docs").glob("*.md")} <= set(held)
     assert not [name for name in held if name.endswith(".pyc")]
 
 
@@ -163,6 +167,15 @@ def test_a_zip_s_bytes_do_not_depend_on_dates_order_and_modes(tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["0.zip", "1.zip"]
 
 
+def test_without_sphinx_a_build_has_no_manual(monkeypatch, capsys):
+    def refuse(_):
+        raise DevError("docs: no network")
+
+    monkeypatch.setattr(packages, "require", refuse)
+    assert packages.manual() == {}
+    assert capsys.readouterr().err == "[dev] packages: without the manual, because docs: no network\n"
+
+
 def test_zip_without_a_promised_wheel_is_refused(built, tmp_path):
     package = without(built["linux_x64"], "openexr-3.5.3-cp313", tmp_path / "natural_gratings.zip")
     with pytest.raises(DevError, match="openexr-3.5.3-cp313"):
@@ -202,7 +215,8 @@ def other_checkout(tmp_path):
 def test_another_checkout_builds_the_same_bytes(built, other_checkout, tmp_path):
     """It bakes one of the drafts again, without the cache. On another kind of processor its table would differ in the
     last bits, as docs/packages.md says."""
-    script = OTHER_BUILD.format(checkout=str(other_checkout), cache=str(tmp_path / "cache"), output=str(tmp_path))
+    texts = {"checkout": other_checkout, "cache": tmp_path / "cache", "output": tmp_path, "environments": ROOT / ".env"}
+    script = OTHER_BUILD.format(**{name: str(path) for name, path in texts.items()})
     subprocess.run([sys.executable, "-c", script], check=True, env=clean_environment(), cwd=tmp_path)
     assert (other_checkout / "drafts" / "gold_foil" / "draft.json").is_file()
     assert (tmp_path / "cache" / "drafts-cache" / "entries").is_dir(), "the draft came from elsewhere"

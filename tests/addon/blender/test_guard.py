@@ -11,7 +11,9 @@ from devtools import ROOT
 from tests.addon.layout import Layout
 
 # Methods that Blender calls, each with its guard.
-METHODS = {"draw": "guarded_draw", "draw_item": "guarded_item", "modal": "guarded_modal"}
+METHODS = {
+    "draw": "guarded_draw", "draw_header_preset": "guarded_draw", "draw_item": "guarded_item", "modal": "guarded_modal",
+}  # fmt: skip
 # Functions that catch their own exceptions, because they have to unregister themselves.
 OWN_GUARD = {"directing.py": {"_draw"}}
 # Blender's functions that take a callback.

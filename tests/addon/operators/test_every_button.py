@@ -107,7 +107,8 @@ SITUATIONS = {
     *((situation, mode) for situation in SITUATIONS for mode in ("OBJECT", "EDIT")),
     *(("a mesh with the grating", mode) for mode in MODES),
 ])  # fmt: skip
-def test_no_operator_raises(stage, addon, capfd, situation, mode):
+def test_no_operator_raises(stage, addon, capfd, monkeypatch, situation, mode):
+    monkeypatch.setattr("webbrowser.open", lambda address: True)
     names = SITUATIONS[situation]
     if situation == "no camera and no lamp":
         stage.camera = None

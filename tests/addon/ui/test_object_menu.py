@@ -12,7 +12,7 @@ from tests.addon.layout import Layout, context_of
 WORK = {
     "import_height_map", "bake", "needs", "assign", "add_diffraction", "remove_diffraction", "mend", "vary",
     "hologram", "add_sticker", "paint", "unpaint", "direction", "comb", "unwrap", "show_direction", "light_rig",
-    "lights", "count_lamp", "add_diffraction_lamp", "why_black",
+    "lights", "count_lamp", "add_diffraction_lamp", "why_black", "manual",
 }  # fmt: skip
 
 
