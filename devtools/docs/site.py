@@ -56,9 +56,8 @@ def files(environment: Environment) -> dict[str, bytes]:
 
 def _licences(environment: Environment) -> bytes:
     """The licences of the scripts and styles that others wrote."""
-    texts = [path.read_bytes() for name in _SCRIPTS
-             for path in sorted(environment.folder.glob(f"lib/*/site-packages/{name}-*.dist-info/licenses/*"))]  # fmt: skip
-    return b"\n\n".join(texts)
+    folders = [f"lib/*/site-packages/{name}-*.dist-info/licenses/*" for name in _SCRIPTS]
+    return b"\n\n".join(path.read_bytes() for each in folders for path in sorted(environment.folder.glob(each)))
 
 
 def _sphinx(environment: Environment, builder: str, folder: Path) -> list[str]:

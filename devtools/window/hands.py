@@ -19,6 +19,7 @@ from bpy_extras.view3d_utils import location_3d_to_region_2d
 # Seconds for an event, and for an event that builds a node group.
 MOMENT, LONG = 0.05, 1.0
 _ROW = 14  # pixels; a button is 20 high
+_TABS = 60  # pixels; the width of the sidebar's tabs, at most
 
 # The row where each button was found last, by its command.
 _rows: dict[str, int] = {}
@@ -138,17 +139,49 @@ def show_sidebar() -> Steps:
 
 
 def save_screen(screen: Path, picture: Path) -> None:
-    """Save the screen as PNG, from its picture file (display.py). Blender's screenshot is black without a graphics
-    card, and Blender's Python may lack Pillow."""
+    """Save the screen as PNG. Blender's screenshot is black without a graphics card."""
+    save_png(screen_pixels(screen), picture)
+
+
+def save_sidebar(screen: Path, picture: Path) -> None:
+    """Save the sidebar as PNG, down to the end of its panel. The region's rounded corners do not count."""
+    sidebar, height = view()[2], window().height
+    top = height - sidebar.y - sidebar.height
+    pixels = screen_pixels(screen)[top : height - sidebar.y, sidebar.x : sidebar.x + sidebar.width]
+    inner = pixels[:-_ROW, _ROW:-_TABS]
+    last = np.flatnonzero((inner != inner[-1, 0]).any(axis=(1, 2)))[-1]
+    save_png(_in_64_tones(pixels[: last + _ROW]), picture)
+
+
+def save_changed(screen: Path, before: np.ndarray, picture: Path) -> None:
+    """Save the part of the screen that differs from what it showed before, such as a popup, as PNG."""
+    pixels = screen_pixels(screen)
+    rows, columns = np.nonzero((pixels != before).any(axis=2))
+    save_png(_in_64_tones(pixels[rows.min() : rows.max() + 1, columns.min() : columns.max() + 1]), picture)
+
+
+def _in_64_tones(pixels: np.ndarray) -> np.ndarray:
+    """A picture for a page: with fewer tones than the eye sees, which halves the file."""
+    return pixels & 252 | 2
+
+
+def screen_pixels(screen: Path) -> np.ndarray:
+    """What the screen shows (rows, cols, 3), from its picture file (display.py)."""
     held = screen.read_bytes()
     # An xwd header has fields of 32 bits, including the start of the pixels and their layout: blue, green, red, unused.
     header_size, _, _, _, width, height, *rest = struct.unpack(">25I", held[:100])
     row_bytes, colours = rest[6], rest[13]
     pixels = np.frombuffer(held, np.uint8, height * row_bytes, header_size + 12 * colours).reshape(height, row_bytes)
+    return pixels[:, : 4 * width].reshape(height, width, 4)[:, :, 2::-1]
+
+
+def save_png(pixels: np.ndarray, picture: Path) -> None:
+    """Save pixels (rows, cols, 3) of 8 bits as PNG. Blender's Python may lack Pillow."""
+    height, width, _ = pixels.shape
     rows = np.zeros((height, 1 + 3 * width), np.uint8)  # each row begins with its filter's number, 0 for none
-    rows[:, 1:] = pixels[:, : 4 * width].reshape(height, width, 4)[:, :, 2::-1].reshape(height, -1)
+    rows[:, 1:] = pixels.reshape(height, -1)
     header = struct.pack(">2I5B", width, height, 8, 2, 0, 0, 0)  # 8 bits, RGB
-    chunks = ((b"IHDR", header), (b"IDAT", zlib.compress(rows.tobytes())), (b"IEND", b""))
+    chunks = ((b"IHDR", header), (b"IDAT", zlib.compress(rows.tobytes(), 9)), (b"IEND", b""))
     picture.write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(_chunk(*each) for each in chunks))
 
 

@@ -12,7 +12,7 @@ from ..steps import clean_environment, say
 from .display import display
 
 HERE = Path(__file__).parent
-SIZE, SMALL = (1280, 1000), (1280, 720)
+SIZE, SMALL, TALL = (1280, 1000), (1280, 720), (1400, 1700)
 # A walk takes two to four minutes. A Blender that hangs is ended.
 _LIMIT_SECONDS = 1200
 
@@ -60,6 +60,24 @@ def first_hour(binary: Path, folder: Path) -> list[Path]:
             options = ["--enable-event-simulate", "--window-geometry", "0", "0", *size]
             run([binary, *options, *script], {**variables, "DISPLAY": screen})
     return sorted(folder.glob("[0-9][0-9]_*.png"))
+
+
+def screens(binary: Path, folder: Path) -> list[Path]:
+    """Take the pages' pictures of the panel, with this working tree as the extension. Returns the pictures. Raises
+    DevError as walk does."""
+    fetch_wheels(environments.require(environments.BPY45))
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix="natural-gratings-walk-") as private:
+        user = Path(private)
+        link_extension(user, wheels=True)
+        variables = {"BLENDER_USER_RESOURCES": private, "NATURAL_GRATINGS_CACHE": str(user / "cache")}
+        say("walk: pictures of the panel ...")
+        with display(*TALL, folder=user) as screen:
+            size = [str(number) for number in TALL]
+            options = ["--addons", EXTENSION, "--enable-event-simulate", "--window-geometry", "0", "0", *size]
+            script = ["--python", HERE / "screens_in_blender.py", "--", folder, user / "Xvfb_screen0"]
+            run([binary, *options, *script], {**variables, "DISPLAY": screen})
+    return sorted(folder.glob("*.png"))
 
 
 def stage_arguments(folder: Path) -> list[str | Path]:
