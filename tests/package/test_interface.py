@@ -11,10 +11,11 @@ import OpenEXR
 import pytest
 from PIL import Image
 
+from devtools import ROOT
 from devtools.window import display as screen
 from devtools.window import walk
 
-from .conftest import Blender
+from .conftest import Blender, binary_command
 
 HERE = Path(__file__).parent
 FRAME = "6"
@@ -75,6 +76,17 @@ def test_the_artists_walk(blender, tmp_path):
     pictures = sorted(tmp_path.glob("[0-9][0-9]_*.png"))
     assert len(pictures) == len((tmp_path / "walk.md").read_text().splitlines()) > 20
     assert all(shown(picture).std() > 0.05 for picture in pictures)
+
+
+@pytest.mark.night("tests/addon/ui/test_panel.py")
+def test_the_pages_pictures_of_the_panel_can_be_taken_again(tmp_path):
+    """Small pictures, with the names of those that the pages show."""
+    if shutil.which("Xvfb") is None:
+        pytest.skip("no Xvfb: on Debian the package xvfb brings it")
+    made = walk.screens(Path(binary_command()[0]), tmp_path)
+    pages = sorted((ROOT / "docs" / "images" / "screens").iterdir())
+    assert [picture.name for picture in made] == [picture.name for picture in pages]
+    assert all(shown(picture).std() > 0.05 and picture.stat().st_size < 60_000 for picture in made)
 
 
 def shown(path: Path) -> np.ndarray:

@@ -184,7 +184,7 @@ def test_the_surface_offers_the_pictures_that_it_can_show(scene, grating, scan, 
     assert panel(folded=False).operators.count("grating.show_picture") == 2
 
 
-@pytest.mark.parametrize("walk", ["walk_in_blender", "first_hour_in_blender"])
+@pytest.mark.parametrize("walk", ["walk_in_blender", "first_hour_in_blender", "screens_in_blender"])
 def test_a_walk_names_modules_buttons_and_folds_that_exist(addon, walk):
     """The walks need a Blender with a window, so the nightly suite runs them."""
     text = (ROOT / "devtools" / "window" / f"{walk}.py").read_text()
