@@ -55,9 +55,10 @@ class Shot:
     sharp: tuple[float, float, float]
     boxes: tuple[Box, ...]
     table: tuple[float, float, float] = (0.012, 0.012, 0.014)
-    roughness: float = 0.07
+    roughness: float = 0.05
     glow_w: float = 150.0
     dusk: float = 0.01
+    low: float = 0.25
     glow: tuple[float, float, float] = (0.75, 0.85, 1.0)
 
 
@@ -103,9 +104,9 @@ def put_on(things: list[bpy.types.Object], preset: str) -> None:
 
 
 def bake_well() -> None:
-    """Bake the active grating at the quality Good, in place of a preset's draft."""
+    """Bake the active grating at the quality Good, and without Footprint, which a close-up does not need."""
     grating = bpy.context.scene.natural_gratings.active()
-    grating.delta_e, grating.coherence_um = 1.0, 0.0
+    grating.delta_e, grating.coherence_um, grating.footprint = 1.0, 0.0, False
     bpy.ops.grating.bake()
 
 
@@ -124,7 +125,11 @@ def add_cds(scene: bpy.types.Scene) -> None:
     put_on([leaning, lying], "cd")
 
 
-_BOTTLE = ((0.0, 0.0), (0.027, 0.0), (0.029, 0.002), (0.029, 0.078), (0.0275, 0.083), (0.024, 0.087), (0.012, 0.09), (0.0, 0.09))
+# Radius and height of a bottle and of its cap, from the top down, in metres.
+_BOTTLE = (
+    (0.0, 0.09), (0.012, 0.09), (0.024, 0.087), (0.0275, 0.083), (0.029, 0.078), (0.029, 0.002), (0.027, 0.0),
+    (0.0, 0.0),
+)  # fmt: skip
 _CAP = ((0.0, 0.126), (0.0135, 0.126), (0.0145, 0.125), (0.0145, 0.0905), (0.0, 0.0905))
 
 
@@ -133,16 +138,14 @@ def add_bottles(scene: bpy.types.Scene) -> None:
     glaze = plain_material("Glaze", (0.006, 0.008, 0.016), 0.14)
     gold = plain_material("Gold", (0.9, 0.62, 0.3), 0.18)
     gold.node_tree.nodes["Principled BSDF"].inputs["Metallic"].default_value = 1.0
-    for place, turn_deg, preset in (((0.018, 0.0, 0.0), 0.0, "silver_foil"), ((-0.055, 0.075, 0.0), 0.0, "gold_foil")):
-        body = add_turned(scene, "Bottle", np.array(_BOTTLE[::-1]), glaze)
-        cap = add_turned(scene, "Cap", np.array(_CAP), gold)
-        body.location = cap.location = place
+    for place in ((0.018, 0.0, 0.0), (-0.055, 0.075, 0.0)):
+        body = add_turned(scene, "Bottle", np.array(_BOTTLE), glaze)
+        add_turned(scene, "Cap", np.array(_CAP), gold).parent = body
+        body.location = place
         bpy.context.view_layer.update()
         bpy.context.view_layer.objects.active = body
-        bpy.ops.grating.add_sticker(preset=preset, size=0.8)
-        bake_well()
-        if preset == "gold_foil":
-            bpy.ops.grating.hologram(pattern="CRYSTAL")
+        bpy.ops.grating.add_sticker(preset="silver_foil", size=0.8)
+    bake_well()
 
 
 def add_jewel_beetle(scene: bpy.types.Scene) -> None:
@@ -152,15 +155,17 @@ def add_jewel_beetle(scene: bpy.types.Scene) -> None:
 
 SHOTS = {
     "disc": Shot(
-        Towards(-90.0, 9.0, 0.52), (0.022, 0.0, 0.034), 64.0, 4.0, (-0.022, 0.0, 0.05),
+        Towards(-90.0, 9.0, 0.52), (0.022, 0.0, 0.029), 61.0, 4.0, (-0.022, 0.0, 0.05),
         (
             Box(Towards(-168.0, 44.0, 0.5), (0.03, 0.03), 1.2),
             Box(Towards(-35.0, 64.0, 0.5), (0.03, 0.03), 0.9),
-            Box(Towards(-74.0, 27.0, 0.45), (0.12, 0.015), 0.35),
             Box(Towards(-125.0, 79.0, 0.5), (0.10, 0.015), 0.8),
+            Box(Towards(-101.0, 39.0, 0.45), (0.03, 0.03), 0.4),
             Box(Towards(80.0, 52.0, 0.8), (0.9, 0.5), 7.0),
         ),
         dusk=0.03,
+        # A rough table shows blurred colours; a table like a mirror shows them as they are.
+        roughness=0.0,
     ),
     "bottle": Shot(
         Towards(-90.0, 4.0, 0.50), (0.0, 0.0, 0.050), 80.0, 2.8, (0.018, -0.029, 0.05),
@@ -173,18 +178,18 @@ SHOTS = {
             Box(Towards(80.0, 52.0, 0.8), (0.9, 0.5), 7.0),
             Box(Towards(150.0, 20.0, 0.5), (0.05, 0.5), 2.0),
             Box(Towards(30.0, 20.0, 0.5), (0.05, 0.5), 2.0),
-            Box(Towards(-90.0, -2.0, 0.9), (3.0, 0.5), 0.7),
         ),
-        dusk=0.12,
+        dusk=0.10,
+        low=1.0,
     ),
     "beetle": Shot(
         Towards(-128.0, 34.0, 0.128), (0.0006, -0.003, 0.0048), 100.0, 11.0, (-0.002, -0.004, 0.0085),
         (
             Box(Towards(-150.0, 55.0, 0.3), (0.012, 0.012), 0.25),
-            Box(Towards(58.0, 40.0, 0.35), (0.30, 0.10), 0.36, (1.0, 0.88, 0.76)),
+            Box(Towards(58.0, 40.0, 0.35), (0.30, 0.10), 0.32, (1.0, 0.88, 0.76)),
             Box(Towards(-125.0, 64.0, 0.3), (0.34, 0.08), 0.9),
             Box(Towards(-100.0, 18.0, 0.25), (0.2, 0.05), 0.15, (1.0, 0.85, 0.7)),
-            Box(Towards(52.0, 75.0, 0.3), (0.2, 0.1), 0.6),
+            Box(Towards(52.0, 75.0, 0.3), (0.2, 0.1), 0.9),
         ),
         dusk=0.04,
     ),
@@ -203,8 +208,9 @@ def build(scene: bpy.types.Scene, product: str) -> None:
     add_glow(scene, shot)
     for number, box in enumerate(shot.boxes, 1):
         add_box(scene, f"Soft Box {number}", box, shot.sharp)
-    wrap_in_dusk(scene, shot.dusk)
+    wrap_in_dusk(scene, shot.dusk, low=shot.low)
     settings(scene)
+    scene.view_settings.exposure = 0.3
     bpy.context.view_layer.update()
     MAKERS[product](scene)
 

@@ -10,14 +10,11 @@ import pytest
 from PIL import Image
 
 from precompute.presets.presets import read_preset
-from sample_scenes import animal, discs, relight, scenes, sets
+from sample_scenes import animal, discs, products, relight, scenes, sets
 from sample_scenes.demo import Stopwatch
 
-SCRIPTS = [name for name, scene in scenes.SCENES.items() if scene.script != "animal.py"]
 
-
-@pytest.mark.short("ball", "cd", "shed")
-@pytest.mark.parametrize("name", SCRIPTS)
+@pytest.mark.parametrize("name", ["cd", "shed"])
 def test_a_script_writes_what_is_assigned(name, tmp_path):
     scene, file = scenes.SCENES[name], str(tmp_path / "scene.blend")
     script = importlib.import_module(f"sample_scenes.{scene.script.removesuffix('.py')}")
@@ -30,6 +27,19 @@ def test_a_script_writes_what_is_assigned(name, tmp_path):
 
 def test_the_disc_is_of_the_presets_matter():
     assert scenes.SCENES["cd"].matter == str(read_preset("cd").request.matter)
+
+
+@pytest.mark.parametrize(
+    ("name", "things"),
+    [("disc", ["CD", "Lying CD"]), ("bottle", ["Sticker", "Sticker.001"]), ("beetle", ["Pronotum", "Wing Case Left"])],
+)
+def test_a_product_wears_the_grating_that_the_operators_put_on(addon, name, things, tmp_path, monkeypatch):
+    monkeypatch.setattr(products, "bake_well", lambda: None)
+    bpy.context.scene.natural_gratings.items.clear()
+    products.main(["--output", str(tmp_path / "a.blend"), "--product", name])
+    (grating,) = bpy.context.scene.natural_gratings.items
+    shown = {thing.name for thing in addon.material.shown_by(grating.group)}
+    assert set(things) <= shown and "Table" not in shown
 
 
 @pytest.mark.night("test_a_turntable_goes_round_once_at_an_even_pace")
