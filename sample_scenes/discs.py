@@ -1,19 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Optical discs in a studio: CD, DVD and Blu-ray, whose tracks run round their centres.
+"""A CD under three small suns. The tracks of a disc run round its centre.
 
-python -m sample_scenes.discs --output discs.blend [--disc cd --disc dvd --disc bluray]
-blender --background --python sample_scenes/discs.py -- --output discs.blend
+python -m sample_scenes.discs --output cd.blend
+blender --background --python sample_scenes/discs.py -- --output cd.blend
 
 U points outwards, across the tracks; V runs round the disc. `grating assign BAKE --object CD` adds the diffraction."""
 
 from __future__ import annotations
 
 import sys
-from math import radians
+from math import radians, sin
 from pathlib import Path
 
 import bpy
-import numpy as np
 
 if not __package__:  # `blender --python` runs this file as a script
     sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
@@ -26,8 +25,6 @@ from .stage import add_object, clean_scene, new_mesh
 from .studio import Towards, add_camera, add_floor, add_key, add_softbox, settings, wrap_in_dusk
 
 THICKNESS_M = 0.0012
-NAMES = {"cd": "CD", "dvd": "DVD", "bluray": "Blu-ray"}
-BETWEEN_M = 0.132
 TILT_DEG = 14.0
 TARGET_M = (0.0, 0.0, 0.012)
 # Azimuth, elevation and strength of small lamps. Each sends its diffraction orders into its own wedges.
@@ -35,7 +32,7 @@ KEYS = (("Key", 70.0, 52.0, 0.8), ("Side", 160.0, 40.0, 0.4), ("Back", 20.0, 30.
 # Stops. Discs are dark outside their wedges.
 EXPOSURE = 1.5
 CAMERA = Towards(-90.0, 38.0, 0.85)
-LENS_MM = {1: 150.0, 2: 85.0, 3: 60.0}
+LENS_MM = 150.0
 
 
 def add_ring(name: str, size_m: tuple[float, float], height_m: float, material) -> bpy.types.Object:
@@ -57,29 +54,26 @@ def add_disc(name: str, place: tuple[float, float, float]) -> bpy.types.Object:
     return written
 
 
-def build_discs(scene: bpy.types.Scene, discs: list[str]) -> None:
-    """Add the discs side by side, lamps and camera."""
+def build(scene: bpy.types.Scene) -> None:
+    """Add the disc, lamps and camera."""
     add_floor(scene, (0.035, 0.036, 0.04))
-    for index, disc in enumerate(discs):
-        x = (index - (len(discs) - 1) / 2) * BETWEEN_M
-        add_disc(NAMES[disc], (x, 0.0, 0.06 * np.sin(radians(TILT_DEG)) + 0.001))
+    add_disc("CD", (0.0, 0.0, 0.06 * sin(radians(TILT_DEG)) + 0.001))
     for name, azimuth, elevation, strength in KEYS:
         at = Towards(azimuth, elevation, 2.0)
         add_key(scene, name, at, target=TARGET_M, strength=strength, angle_deg=1.5)
     add_softbox(scene, "Fill", Towards(215.0, 30.0, 0.9), target=TARGET_M, size_m=0.2, power_w=10.0)
     wrap_in_dusk(scene, 0.1)
-    add_camera(scene, CAMERA, TARGET_M, LENS_MM[len(discs)])
+    add_camera(scene, CAMERA, TARGET_M, LENS_MM)
     settings(scene)
     scene.view_settings.exposure = EXPOSURE
 
 
 def main(argv: list[str]) -> None:
-    parser = OneLineParser(prog="sample_scenes.discs", description="Write the scene of optical discs.")
+    parser = OneLineParser(prog="sample_scenes.discs", description="Write the scene of a CD.")
     parser.add_argument("--output", type=Path, required=True, metavar="FILE.blend")
-    parser.add_argument("--disc", action="append", choices=list(NAMES), help="which; default all three")
     arguments = parser.parse_args(argv)
     clean_scene()
-    build_discs(bpy.context.scene, arguments.disc or list(NAMES))
+    build(bpy.context.scene)
     bpy.ops.wm.save_as_mainfile(filepath=str(arguments.output.resolve()))
 
 

@@ -19,12 +19,11 @@ if not __package__:  # `blender --python` runs this file as a script
     sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
     __package__ = "sample_scenes"
 from precompute.cli.parser import OneLineParser
-from precompute.mesh.shapes import BALL_RADIUS_M, RIM_M, bent_sheet
+from precompute.mesh.shapes import BALL_RADIUS_M, RIM_M, Shape, ball, bent_sheet
 
-from .ball import add_ball, smooth_object
 from .discs import add_disc
 from .snake import plain_material
-from .stage import clean_scene
+from .stage import add_object, clean_scene, new_mesh
 from .studio import Towards, add_camera, add_floor, add_key, add_softbox, settings, wrap_in_dusk
 
 NAME = "Preset"
@@ -61,12 +60,19 @@ VIEWS = {
 }
 
 
-def add_sheet() -> bpy.types.Object:
+def add_smooth(shape: Shape) -> bpy.types.Object:
+    """The object of a dark, smooth-shaded shape."""
+    mesh = new_mesh(NAME, shape)
+    mesh.shade_smooth()
+    mesh.materials.append(plain_material("Lacquer", (0.02,) * 3, roughness=0.4))
+    return add_object(bpy.context.scene, NAME, mesh)
+
+
+def add_sheet() -> None:
     """A bent sheet that leans back from the camera."""
-    sheet = smooth_object(NAME, bent_sheet(), plain_material("Sheet", (0.02,) * 3, roughness=0.4))
+    sheet = add_smooth(bent_sheet())
     sheet.rotation_euler.x = radians(SHEET_TILT_DEG)
     sheet.location.z = 0.044
-    return sheet
 
 
 def add_record() -> None:
@@ -91,7 +97,7 @@ def build(scene: bpy.types.Scene, shape: str, light: str) -> None:
     elif shape == "sheet":
         add_sheet()
     else:
-        add_ball().name = NAME
+        add_smooth(ball())
     target = (0.0, 0.0, VIEWS[shape].target_m)
     if light == "suns":
         for azimuth, elevation in SUNS[shape]:

@@ -13,17 +13,15 @@ from pathlib import Path
 from devtools.environments import ALL
 from precompute.cli.arguments import count
 from precompute.cli.parser import OneLineParser
-from precompute.presets.presets import read_preset
 from precompute.surface.samples.catalogue import matter_of
 from sample_scenes.demo import LASER, REAL_SCANS, SCANS, Stopwatch, render_scene
 
 # Scenes without sun lamps; what a snake can lie on (sets.py); and the lights of relight.py, which replace sun lamps.
 # sets.py and relight.py themselves run only in Blender.
-WITHOUT_SUNS = {"room", "shed"}
+PRODUCTS = ("disc", "bottle", "beetle")
+WITHOUT_SUNS = {"room", "shed", *PRODUCTS}
 SETS = ("soil", "shed", "terrarium", "turntable")
 WORLDS = ("studio", "sky", "overcast", "room", "area")
-# The foil has tracks of a disc, in the metal and the lacquer of a real foil.
-_FOIL_MATTER = str(read_preset("silver_foil").request.matter)
 
 
 @dataclass(frozen=True)
@@ -48,10 +46,6 @@ def _animal(view: str, species: str = "XENOPELTIS", **settings) -> SampleScene:
     return SampleScene("animal.py", bakes, ("--view", view, "--species", species), ("--over",), **settings)
 
 
-def _disc(name: str, shown: str) -> SampleScene:
-    return SampleScene("discs.py", {shown: f"sample:{name}"}, ("--disc", name), matter=matter_of(f"sample:{name}"))
-
-
 SCENES = {
     "hero": _animal("hero", scan=False),
     "corn_snake": _animal("hero", "ELAPHE"),
@@ -61,11 +55,8 @@ SCENES = {
     "close_elaphe": _animal("close", "ELAPHE"),
     "turntable": _animal("turntable"),
     "terrarium": _animal("terrarium"),
-    "ball": SampleScene("ball.py", {"Ball": "sample:elaphe"}),
-    "foil": SampleScene("ball.py", {"Foil": "sample:cd"}, ("--thing", "foil"), matter=_FOIL_MATTER),
-    "cd": _disc("cd", "CD"),
-    "dvd": _disc("dvd", "DVD"),
-    "bluray": _disc("bluray", "Blu-ray"),
+    **{name: SampleScene("products.py", {}, ("--product", name)) for name in PRODUCTS},
+    "cd": SampleScene("discs.py", {"CD": "sample:cd"}, matter=matter_of("sample:cd")),
     "shed": SampleScene(
         "wall.py", {"Carrier": "sample:elaphe"}, assign=("--lights", "lamps"),
         verbs=(("diffraction-lamp", "--object", "Carrier"),), samples=16, illuminant=LASER,
@@ -97,7 +88,7 @@ def main(argv: list[str] | None = None) -> int:
     arguments = parser.parse_args(argv)
     names = arguments.scene or [name for name in SCENES if not (arguments.world and name in WITHOUT_SUNS)]
     if arguments.world and WITHOUT_SUNS.intersection(names):
-        parser.error(f"--world takes the place of suns, which {' and '.join(sorted(WITHOUT_SUNS))} have not")
+        parser.error(f"--world takes the place of suns, which {', '.join(sorted(WITHOUT_SUNS))} have not")
     output = arguments.output.resolve()
     output.mkdir(parents=True, exist_ok=True)
     watch = Stopwatch()

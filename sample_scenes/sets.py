@@ -140,7 +140,7 @@ _TABLE_M = -0.03
 def add_corner(scene: bpy.types.Scene, corner: Walls = CORNER) -> None:
     """Two panes that meet at the left and the back, upright on a table."""
     x, y = corner
-    glass, edge = _thin_glass(), plain_material("Glass Edge", (0.012, 0.045, 0.032), 0.2)
+    glass, edge = thin_glass(), plain_material("Glass Edge", (0.012, 0.045, 0.032), 0.2)
     silicone = plain_material("Silicone", (0.012, 0.012, 0.013), 0.35)
     low, high = _TABLE_M, _HIGH_M
     panes = {
@@ -178,7 +178,7 @@ def _add_box(
     add_surface(scene, name, points, faces=faces, material=material)
 
 
-def _thin_glass() -> bpy.types.Material:
+def thin_glass() -> bpy.types.Material:
     """A pane as one surface: what it does not reflect passes straight on. Refraction would turn the light behind it
     into caustics, which Cycles finds only by chance."""
     material = plain_material("Thin Glass", (1.0, 1.0, 1.0), 0.0)
@@ -221,7 +221,7 @@ def add_plate(scene: bpy.types.Scene) -> None:
         (0.0, 0.0), (_PLATE_M - _BEVEL_M, 0.0), (_PLATE_M - 0.3 * _BEVEL_M, -0.3 * _BEVEL_M), (_PLATE_M, -_BEVEL_M),
         (_PLATE_M, -_THICK_M),
     ]  # fmt: skip
-    _add_turned(scene, "Plate", np.array(profile), plain_material("Plate", (GREY,) * 3, 1.0, specular=0.0))
+    add_turned(scene, "Plate", np.array(profile), plain_material("Plate", (GREY,) * 3, 1.0, specular=0.0))
     chrome = plain_material("Chrome", (0.75, 0.75, 0.76), 0.02)
     chrome.node_tree.nodes["Principled BSDF"].inputs["Metallic"].default_value = 1.0
     for name, azimuth_deg, material in (
@@ -229,7 +229,7 @@ def add_plate(scene: bpy.types.Scene) -> None:
         ("Chrome Ball", -14.0, chrome),
     ):
         turn = np.linspace(np.pi / 2, -np.pi / 2, 33)
-        ball = _add_turned(scene, name, _BALL_M * np.stack([np.cos(turn), 1 + np.sin(turn)], axis=1), material)
+        ball = add_turned(scene, name, _BALL_M * np.stack([np.cos(turn), 1 + np.sin(turn)], axis=1), material)
         azimuth = radians(azimuth_deg)
         ball.location = (_BALLS_FROM_MIDDLE_M * cos(azimuth), _BALLS_FROM_MIDDLE_M * sin(azimuth), 0.0)
     _add_colours(scene, (-0.04, -0.165))
@@ -244,7 +244,7 @@ def stops_for_grey(scene: bpy.types.Scene, dusk: float) -> float:
     return log2(pi / irradiance) if irradiance > 0 else 0.0
 
 
-def _add_turned(
+def add_turned(
     scene: bpy.types.Scene, name: str, profile: np.ndarray, material: bpy.types.Material, around: int = 128
 ) -> bpy.types.Object:
     """A smooth body of revolution from a profile (n, 2) of radius and height, from the top down."""

@@ -54,7 +54,7 @@ class Scene:
         scene = bpy.context.scene
         scene.natural_gratings.items.clear()
         if name == "cd":
-            discs.build_discs(scene, ["cd"])
+            discs.build(scene)
         else:
             animal.build(scene, animal.VIEWS[name], "XENOPELTIS", faces=_FACES, panorama=None, ground=ground)
         grating = addon.importing.add_grating(scene, f"sample:{sample}")

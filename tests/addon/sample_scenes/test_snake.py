@@ -203,7 +203,7 @@ def test_the_report_shows_every_picture(tmp_path, count):
 
 
 @pytest.mark.night("test_the_scene_of_a_wall_has_what_the_demo_names")
-@pytest.mark.parametrize("script", ["stage.py", "views.py", "wall.py", "animal.py", "ball.py", "discs.py"])
+@pytest.mark.parametrize("script", ["stage.py", "views.py", "wall.py", "animal.py", "products.py", "discs.py"])
 def test_the_scripts_of_the_demo_find_the_project_from_any_folder(script, tmp_path):
     """`blender --python FILE` puts neither the project nor the working folder on its path."""
     command = [sys.executable, "-P", ROOT / "sample_scenes" / script, "--help"]
