@@ -51,7 +51,6 @@ VIEWS = {
     # As in the thesis: seen from straight above, under one small sun at an angle to the body.
     "close": View(Towards(-90.0, 89.0, 0.40), (-0.01, -0.030, 0.022), 260.0, light="one sun"),
     "room": View(Towards(-95.0, 43.0, 0.42), _LOOPS, 50.0, light="room", exposure=1.3),
-    "terrarium": View(Towards(-62.0, 25.0, 0.74), (-0.05, 0.03, 0.04), 50.0, ground="terrarium"),
     "turntable": View(Towards(-90.0, 34.0, 0.70), (0.0, -0.012, 0.008), 74.0, exposure=1.4, ground="turntable"),
 }
 

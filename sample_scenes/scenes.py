@@ -20,7 +20,7 @@ from sample_scenes.demo import LASER, REAL_SCANS, SCANS, Stopwatch, render_scene
 # sets.py and relight.py themselves run only in Blender.
 PRODUCTS = ("disc", "bottle", "beetle")
 WITHOUT_SUNS = {"room", "shed", *PRODUCTS}
-SETS = ("soil", "shed", "terrarium", "turntable")
+SETS = ("soil", "shed", "turntable")
 WORLDS = ("studio", "sky", "overcast", "room", "area")
 
 
@@ -54,7 +54,6 @@ SCENES = {
     "close_xenopeltis": _animal("close"),
     "close_elaphe": _animal("close", "ELAPHE"),
     "turntable": _animal("turntable"),
-    "terrarium": _animal("terrarium"),
     **{name: SampleScene("products.py", {}, ("--product", name)) for name in PRODUCTS},
     "cd": SampleScene("discs.py", {"CD": "sample:cd"}, matter=matter_of("sample:cd")),
     "shed": SampleScene(

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The sets on which the animal is shown: soil with a piece of cork bark, soil with a shed skin, the corner of a glass
-terrarium, and the grey plate of a look development, with a chrome ball and a strip of colours."""
+"""The sets on which the animal is shown: soil with a piece of cork bark, soil with a shed skin, and the grey plate
+of a look development, with a chrome ball and a strip of colours."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 
 from .noise import cracks, fractal_noise, value_noise
 from .snake import plain_material
-from .soil import Walls, add_soil
+from .soil import add_soil
 from .stage import add_plane, add_surface, paint
 
 _BARK_COLOURS = (
@@ -131,51 +131,7 @@ def _bark_material() -> bpy.types.Material:
     return material
 
 
-CORNER = Walls(-0.185, 0.165)
 TINT = (0.93, 0.975, 0.955)
-_LONG_M, _HIGH_M, _PANE_M, _SEAL_M = 0.75, 0.16, 0.005, 0.006
-_TABLE_M = -0.03
-
-
-def add_corner(scene: bpy.types.Scene, corner: Walls = CORNER) -> None:
-    """Two panes that meet at the left and the back, upright on a table."""
-    x, y = corner
-    glass, edge = thin_glass(), plain_material("Glass Edge", (0.012, 0.045, 0.032), 0.2)
-    silicone = plain_material("Silicone", (0.012, 0.012, 0.013), 0.35)
-    low, high = _TABLE_M, _HIGH_M
-    panes = {
-        "Pane Left": [(x, y - _LONG_M, low), (x, y, low), (x, y, high), (x, y - _LONG_M, high)],
-        "Pane Back": [(x, y, low), (x + _LONG_M, y, low), (x + _LONG_M, y, high), (x, y, high)],
-    }
-    for name, points in panes.items():
-        pane = add_surface(scene, name, points, faces=[(0, 1, 2, 3)], material=glass)
-        # A pane's shadow would only dim the soil a little, and EEVEE takes minutes for it.
-        pane.visible_shadow = False
-    t = _PANE_M
-    _add_box(scene, "Pane Edge Left", (x - t, y - _LONG_M, high), (x, y + t, high + 0.0005), edge)
-    _add_box(scene, "Pane Edge Back", (x, y, high), (x + _LONG_M, y + t, high + 0.0005), edge)
-    s = _SEAL_M
-    upright = [(x, y), (x + s, y), (x, y - s)]
-    points = [(*place, z) for z in (low, high) for place in upright]
-    add_surface(scene, "Seal", points, faces=_PRISM, material=silicone)
-    table = plain_material("Table", (0.05, 0.043, 0.037), 1.0, specular=0.0)
-    add_plane(scene, "Table", 4.0, table, z=low)
-
-
-_PRISM = ((0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5))
-
-
-def _add_box(
-    scene: bpy.types.Scene,
-    name: str,
-    low: tuple[float, float, float],
-    high: tuple[float, float, float],
-    material: bpy.types.Material,
-) -> None:
-    ends = np.array([low, high])
-    points = [(ends[i, 0], ends[j, 1], ends[k, 2]) for i in (0, 1) for j in (0, 1) for k in (0, 1)]
-    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    add_surface(scene, name, points, faces=faces, material=material)
 
 
 def thin_glass() -> bpy.types.Material:
@@ -310,17 +266,11 @@ def _shed(scene: bpy.types.Scene, snake: bpy.types.Object, species: str) -> None
     add_soil(scene, [snake, _add_shed(species, (0.025, -0.101), 10.0)])
 
 
-def _terrarium(scene: bpy.types.Scene, snake: bpy.types.Object, species: str) -> None:
-    bark = add_bark(scene, Placed(0.17, 0.125, -6.0, sunk_m=0.012))
-    add_soil(scene, [snake, bark, _add_shed(species, (-0.06, -0.13), 20.0)], walls=CORNER)
-    add_corner(scene)
-
-
 def _plate(scene: bpy.types.Scene, *_: object) -> None:
     add_plate(scene)
 
 
-SETS = {"soil": _soil, "shed": _shed, "terrarium": _terrarium, "turntable": _plate}
+SETS = {"soil": _soil, "shed": _shed, "turntable": _plate}
 
 
 def _add_shed(species: str, place: tuple[float, float], turn_deg: float) -> bpy.types.Object:

@@ -15,7 +15,7 @@ from mathutils.bvhtree import BVHTree
 
 from .noise import fractal_noise, value_noise
 from .snake import plain_material
-from .stage import add_object, add_surface
+from .stage import add_object, add_plane, add_surface
 
 CELL_M = 0.001
 # The soil's mean height over the floor z = 0, on which bodies lie: they seem sunk by as much.
@@ -27,16 +27,6 @@ _HEAP_M, _HEAP_WIDTH_M = 0.008, 0.006
 _CONTACT_M = 0.0025
 _BURIED_M = 0.0005
 _DEEPEST_M = 0.006
-
-
-class Walls(NamedTuple):
-    """Upright planes beyond which there is no soil: at the left, x, and at the back, y."""
-
-    x: float = -np.inf
-    y: float = np.inf
-
-
-OPEN = Walls()
 
 
 class Body:
@@ -108,7 +98,7 @@ class Ground:
         return np.logical_and.reduce([below, *(body.is_apart(points, radius) for body in self.bodies)])
 
 
-def ground_below(bodies: Sequence[bpy.types.Object], half_m: float, fade_m: float, *, walls: Walls = OPEN) -> Ground:
+def ground_below(bodies: Sequence[bpy.types.Object], half_m: float, fade_m: float) -> Ground:
     """The soil within `half_m` of the origin. In the last `fade_m` it falls to below the floor."""
     axis = np.arange(-half_m, half_m + CELL_M / 2, CELL_M)
     x, y = np.meshgrid(axis, axis)
@@ -122,8 +112,6 @@ def ground_below(bodies: Sequence[bpy.types.Object], half_m: float, fade_m: floa
     edge = np.clip((half_m - np.hypot(x, y)) / fade_m, 0, 1)
     underside[underside < -_BURIED_M] = np.inf  # what is buried stays buried
     height = np.minimum(height * edge**0.5 - 0.0006 * (1 - edge), underside - _GAP_M)
-    outside = (x < walls.x) | (y > walls.y)
-    height[outside], underside[outside] = -_GAP_M, -np.inf
     return Ground(half_m, height, underside, surfaces)
 
 
@@ -216,25 +204,16 @@ _RARER = 3.7
 _SMALL, _LARGE = 5, 9
 
 
-def add_soil(
-    scene: bpy.types.Scene, bodies: Sequence[bpy.types.Object] = (), *, walls: Walls = OPEN, half_size_m: float = 3.0
-) -> Ground:
-    """A floor of crumbs within the walls, heaped against the bodies that lie on it; no crumb is inside of a body.
-    Returns its heights."""
-    _add_plane(scene, walls, half_size_m, _bumps("Soil", SOIL_LIGHT))
-    ground = ground_below(bodies, _NEAR_M, _FADE_M, walls=walls)
+def add_soil(scene: bpy.types.Scene, bodies: Sequence[bpy.types.Object] = (), *, half_size_m: float = 3.0) -> Ground:
+    """A floor of crumbs, heaped against the bodies that lie on it; no crumb is inside of a body. Returns its
+    heights."""
+    add_plane(scene, "Soil", half_size_m, _bumps("Soil", SOIL_LIGHT))
+    ground = ground_below(bodies, _NEAR_M, _FADE_M)
     _add_mounds(scene, ground, _bumps("Soil Mounds", _SHADED))
     rng = np.random.default_rng(11)
     instance_on_points(scene, "Soil Crumbs", _crumbs(ground, rng), _crumb_meshes(rng))
     _add_fibres(scene, ground, rng)
     return ground
-
-
-def _add_plane(scene: bpy.types.Scene, walls: Walls, half_m: float, material: bpy.types.Material) -> None:
-    """The floor z = 0 within the walls."""
-    left, back = max(walls.x, -half_m), min(walls.y, half_m)
-    points = [(left, -half_m, 0), (half_m, -half_m, 0), (half_m, back, 0), (left, back, 0)]
-    add_surface(scene, "Soil", points, faces=[(0, 1, 2, 3)], material=material)
 
 
 def _add_mounds(scene: bpy.types.Scene, ground: Ground, material: bpy.types.Material) -> None:

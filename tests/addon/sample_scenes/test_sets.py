@@ -17,7 +17,6 @@ from sample_scenes.studio import Towards, add_camera
 HOLDS = {
     "soil": {"Soil", "Soil Mounds", "Soil Crumbs", "Soil Fibres", "Cork Bark"},
     "shed": {"Soil", "Soil Crumbs", "Shed Skin"},
-    "terrarium": {"Soil", "Soil Crumbs", "Cork Bark", "Shed Skin", "Pane Left", "Pane Back", "Seal", "Table"},
     "turntable": {"Plate", "Backdrop", "Grey Ball", "Chrome Ball", "Colours"},
 }
 
@@ -46,16 +45,16 @@ def test_a_set_holds_what_it_is_named_for(scene, name, monkeypatch):
 
 
 @pytest.mark.night("tests/addon/workflow/test_adding_snakes.py")
-@pytest.mark.parametrize(("options", "name"), [((), "terrarium"), (("--set", "turntable"), "turntable")])
+@pytest.mark.parametrize(("options", "name"), [((), "soil"), (("--set", "turntable"), "turntable")])
 def test_the_command_line_chooses_a_set_else_the_view_does(scene, options, name, tmp_path, monkeypatch):
     monkeypatch.setattr(soil, "_CRUMBS", 5000)
-    animal.main(["--output", str(tmp_path / "a.blend"), "--view", "terrarium", "--faces", "11000", *options])
+    animal.main(["--output", str(tmp_path / "a.blend"), "--view", "sky", "--faces", "11000", *options])
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "a.blend"))
     assert HOLDS[name] <= set(bpy.data.objects.keys())
-    assert ("Soil" in bpy.data.objects) == (name == "terrarium")
+    assert ("Soil" in bpy.data.objects) == (name == "soil")
     # The meshes that the crumbs are copies of are saved too.
     shown = bpy.context.evaluated_depsgraph_get().object_instances
-    assert any(instance.is_instance for instance in shown) == (name == "terrarium")
+    assert any(instance.is_instance for instance in shown) == (name == "soil")
 
 
 @pytest.mark.night("tests/addon/sample_scenes/test_scenes.py")
@@ -85,20 +84,6 @@ def test_crumbs_are_small_heaped_against_the_snake_and_touch_nothing(scene, monk
     apart = np.array([distance if above is None else np.nan for distance, above in found])
     heap, open_soil = (np.median(small[chosen, 2]) for chosen in (apart < 0.004, apart > 0.02))
     assert heap > open_soil + 0.001
-
-
-def test_there_is_no_soil_beyond_walls(scene, monkeypatch):
-    walls = soil.Walls(-0.1, 0.05)
-    clean_scene()
-    monkeypatch.setattr(soil, "_CRUMBS", soil._CRUMBS // 4)
-    soil.add_soil(scene, walls=walls)
-    points, _ = crumbs()
-    assert len(points) > 5_000
-    # A crumb belongs to the nearest cell, so its middle is at most half a cell outside.
-    assert points[:, 0].min() > walls.x - soil.CELL_M / 2 and points[:, 1].max() < walls.y + soil.CELL_M / 2
-    mesh = bpy.data.objects["Soil"].data
-    assert min(v.co.x for v in mesh.vertices) == pytest.approx(walls.x)
-    assert max(v.co.y for v in mesh.vertices) == pytest.approx(walls.y)
 
 
 def test_soil_stays_below_a_body_of_any_place(scene):
@@ -155,7 +140,8 @@ def test_light_goes_through_a_pane_and_is_a_little_green(scene, tmp_path):
     scene.camera = add_camera(scene, Towards(-90.0, 0.0, 1.0), (0.0, 0.165, 0.05), 200.0)
     background = new_world(scene, "White")
     background.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
-    sets.add_corner(scene, soil.Walls(-0.3, 0.165))
+    corners = [(-1, 0.165, -1), (1, 0.165, -1), (1, 0.165, 1), (-1, 0.165, 1)]
+    add_surface(scene, "Pane", corners, faces=[(0, 1, 2, 3)], material=sets.thin_glass())
     for picture in pictures(scene, tmp_path):
         middle = picture[16:20, 28:36].mean(axis=(0, 1))
         # Of a white world straight through: 92.4 % passed and coloured, and 7.6 % reflected; a white world is both.
