@@ -33,7 +33,7 @@ TURNTABLE_FRAMES = 48
 @dataclass(frozen=True)
 class View:
     """A view of the animal: camera, target, lens, light (suns, one sun, sky or a room's panorama), exposure in stops,
-    and the set on which the animal lies."""
+    the set on which the animal lies, and the lens's f-stop (0: everything is sharp)."""
 
     camera: Towards
     target: tuple[float, float, float]
@@ -41,11 +41,12 @@ class View:
     light: str = "suns"
     exposure: float = 0.0
     ground: str = "soil"
+    fstop: float = 0.0
 
 
 _LOOPS = (-0.03, -0.045, 0.015)
 VIEWS = {
-    "hero": View(Towards(-90.0, 34.0, 0.60), (-0.034, -0.024, 0.012), 112.0, exposure=0.8),
+    "hero": View(Towards(-90.0, 34.0, 0.60), (-0.034, -0.024, 0.012), 112.0, exposure=1.05, fstop=16.0),
     "sky": View(Towards(-88.0, 32.0, 0.60), (-0.045, -0.035, 0.014), 95.0, light="sky"),
     "macro": View(Towards(-88.0, 36.0, 0.35), (-0.03, -0.043, 0.022), 180.0),
     # As in the thesis: seen from straight above, under one small sun at an angle to the body.
@@ -69,7 +70,7 @@ class Sun:
 # colour follows the flash's white image along them. Elaphe diffracts along the body, so its flash stands at an angle to
 # the long runs. The window shows the skin.
 SUNS = {
-    "XENOPELTIS": (Sun(93.0, 54.0, 4.4, 4.5), Sun(228.0, 70.0, 2.8, 18.0)),
+    "XENOPELTIS": (Sun(93.0, 60.0, 3.6, 4.5), Sun(-112.0, 50.0, 2.6, 12.0)),
     "ELAPHE": (Sun(128.0, 30.0, 7.0, 1.5), Sun(250.0, 58.0, 2.4, 18.0)),
 }
 
@@ -122,8 +123,10 @@ def build(
             at = Towards(sun.azimuth_deg, sun.elevation_deg, 2.0)
             name = f"Sun {index + 1}"
             add_key(scene, name, at, target=view.target, strength=sun.strength, angle_deg=sun.angle_deg)
-        dusk = wrap_in_dusk(scene, 0.30 if view.light == "suns" else 0.01)
+        dusk = wrap_in_dusk(scene, 0.15 if view.light == "suns" else 0.01)
     camera = add_camera(scene, view.camera, view.target, view.lens_mm)
+    camera.data.dof.use_dof, camera.data.dof.focus_distance = view.fstop > 0, view.camera.distance_m
+    camera.data.dof.aperture_fstop = view.fstop or 16.0
     settings(scene)
     scene.view_settings.exposure = view.exposure + stops(scene, ground, dusk)
     if view == VIEWS["turntable"]:

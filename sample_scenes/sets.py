@@ -17,7 +17,7 @@ from .soil import add_soil
 from .stage import add_plane, add_surface, paint
 
 _BARK_COLOURS = (
-    (0.018, 0.008, 0.0045), (0.125, 0.066, 0.029), (0.23, 0.138, 0.062), (0.18, 0.15, 0.12), (0.14, 0.062, 0.026),
+    (0.018, 0.008, 0.0045), (0.24, 0.14, 0.066), (0.34, 0.22, 0.115), (0.25, 0.2, 0.14), (0.2, 0.1, 0.042),
     (0.13, 0.065, 0.03), (0.036, 0.0175, 0.0125),
 )  # fmt: skip
 _CRACK, _PALE, _CREST, _GREY, _STAIN, _INSIDE, _HOLLOW = (np.array(colour) for colour in _BARK_COLOURS)

@@ -186,18 +186,18 @@ def _scatter_nodes(name: str, originals: bpy.types.Collection) -> bpy.types.Node
 # Less red than they look: the view transform deepens dark colours.
 SOIL_DARK, SOIL_LIGHT = (0.011, 0.0058, 0.0046), (0.066, 0.0315, 0.0215)
 # Between crumbs, where less light arrives.
-_SHADED = (0.032, 0.0155, 0.011)
+_SHADED = (0.040, 0.019, 0.014)
 # Colours of single crumbs, and the share of crumbs that are darker.
 _CRUMB_COLOURS = (
     (0.0, (0.010, 0.0045, 0.0035)),
-    (0.4, (0.034, 0.0135, 0.0090)),
-    (0.9, (0.075, 0.030, 0.018)),
+    (0.4, (0.042, 0.0175, 0.0125)),
+    (0.9, (0.090, 0.038, 0.025)),
     (1.0, (0.12, 0.062, 0.036)),
 )
-_FIBRE_COLOUR = (0.1, 0.056, 0.03)
+_FIBRE_COLOUR = (0.10, 0.045, 0.025)
 _BUMP_M = 0.0028
 _NEAR_M, _FADE_M = 0.30, 0.12
-_CRUMBS, _FIBRES = 170_000, 2600
+_CRUMBS, _FIBRES = 170_000, 5200
 _LEAST_M, _MOST_M = 0.0006, 0.0045
 # How much rarer crumbs are that are larger: the density of diameters falls with this power.
 _RARER = 3.7

@@ -102,7 +102,7 @@ def wrap_in_dusk(scene: bpy.types.Scene, radiance: float, *, low: float = 0.25) 
     links.new(where.outputs["Generated"], split.inputs[0])
     links.new(split.outputs["Z"], ramp.inputs["Value"])
     links.new(ramp.outputs["Result"], background.inputs["Strength"])
-    background.inputs["Color"].default_value = (0.85, 0.93, 1.0, 1.0)
+    background.inputs["Color"].default_value = (1.0, 0.97, 0.93, 1.0)
     return pi * radiance * (2 + low) / 3
 
 

@@ -17,8 +17,8 @@ _MOUTH_END, _MOUTH_RISE_DEG = 0.76, 7.0
 _NOSTRIL = (0.115, np.radians(63))
 # In the body's largest half widths: widths of a plate's rounded edge, of the groove between plates, of pale rims, of
 # the fold of the mouth and of the lips around it; radius of a nostril; depths.
-_EDGE, _GROOVE, _RIM, _MOUTH, _LIPS, _NOSTRIL_RADIUS = 0.09, 0.04, 0.035, 0.04, 0.12, 0.035
-_EDGE_DEPTH, _GROOVE_DEPTH, _MOUTH_DEPTH, _LIP_HEIGHT, _NOSTRIL_DEPTH = 0.014, 0.018, 0.06, 0.02, 0.06
+_EDGE, _GROOVE, _RIM, _MOUTH, _LIPS, _NOSTRIL_RADIUS = 0.06, 0.03, 0.045, 0.04, 0.12, 0.03
+_EDGE_DEPTH, _GROOVE_DEPTH, _MOUTH_DEPTH, _LIP_HEIGHT, _NOSTRIL_DEPTH = 0.004, 0.006, 0.05, 0.012, 0.05
 # How pale the edges of plates are; scales of the body have 1.
 _PALE = 0.45
 # The socket around an eye, in radii of the eye, and its depth in the body's half widths.
@@ -38,7 +38,7 @@ class Head(NamedTuple):
 
 # Xenopeltis has small eyes far in front, Elaphe large ones that stand out.
 _HEADS = {
-    "XENOPELTIS": Head(head_plates.XENOPELTIS, 0.335, np.radians(66), 0.095, 0.5),
+    "XENOPELTIS": Head(head_plates.XENOPELTIS, 0.335, np.radians(66), 0.085, 0.5),
     "ELAPHE": Head(head_plates.ELAPHE, 0.335, np.radians(66), 0.135, 0.45),
 }
 

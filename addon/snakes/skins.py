@@ -112,14 +112,14 @@ def _xenopeltis(tree: Tree) -> Value:
     the sides, in places worn away; a white belly."""
     skin = _Skin(tree)
     side = skin.step(skin.around, 0.15, 0.55)
-    plate = skin.blend(side, (0.036, 0.0160, 0.0110), (0.102, 0.0420, 0.0250))
+    plate = skin.blend(side, (0.032, 0.0135, 0.0095), (0.062, 0.0260, 0.0170))
     plate = plate * (skin.random * 0.5 + 0.75) * (skin.noise(9.0) * 0.9 + 0.55)
-    pale = skin.step(skin.around + skin.random * 0.05, 0.60, 0.72)
-    plate = skin.blend(pale, plate, (0.55, 0.49, 0.41))
-    rim = skin.blend(side, (0.080, 0.062, 0.054), (0.42, 0.29, 0.19))
+    pale = skin.step(skin.around + skin.random * 0.10, 0.57, 0.66)
+    plate = skin.blend(pale, plate, (0.60, 0.53, 0.44))
+    rim = skin.blend(side, (0.085, 0.064, 0.054), (0.40, 0.30, 0.23))
     worn = skin.step(skin.noise(4.0) * 0.5 + skin.noise(70.0, detail=3.0) * 0.5, 0.42, 0.60)
     coat = skin.blend(skin.rim * skin.rim * (worn * 0.8 + 0.1), plate, rim)
-    coat = _lips(skin, coat, (0.56, 0.50, 0.41))
+    coat = skin.blend(skin.lip * skin.rim * 2.0, coat, (0.60, 0.53, 0.44))
     return skin.blend(skin.belly, coat, (0.62, 0.57, 0.50))
 
 
