@@ -111,7 +111,7 @@ def build(
     ground, dusk = ground or view.ground, 0.0
     bpy.ops.grating.add_snake(species=species, pose="RESTING", length_m=1.0, faces=faces)
     bpy.context.object.name = "Snake"
-    add_set(scene, ground, bpy.context.object, species)
+    add_set(scene, ground, bpy.context.object)
     if view.light == "room":
         picture = bpy.data.images.load(str(panorama.resolve()))
         picture.pack()
@@ -140,7 +140,7 @@ def main(argv: list[str]) -> None:
     parser.add_argument("--species", choices=SPECIES, default=SPECIES[0])
     parser.add_argument("--faces", type=count(11_000, 1_000_000), default=200_000)
     parser.add_argument("--panorama", type=Path, metavar="FILE.exr", help="of the room, for the view of that name")
-    parser.add_argument("--set", choices=list(SETS), help="what the snake lies on; default: the view's own")
+    parser.add_argument("--set", choices=SETS, help="what the snake lies on; default: the view's own")
     arguments = parser.parse_args(argv)
     view = VIEWS[arguments.view]
     if view.light == "room" and not (arguments.panorama and arguments.panorama.is_file()):

@@ -20,7 +20,7 @@ from sample_scenes.demo import LASER, REAL_SCANS, SCANS, Stopwatch, render_scene
 # sets.py and relight.py themselves run only in Blender.
 PRODUCTS = ("disc", "bottle", "beetle")
 WITHOUT_SUNS = {"room", "shed", *PRODUCTS}
-SETS = ("soil", "shed", "turntable")
+SETS = ("soil", "turntable")
 WORLDS = ("studio", "sky", "overcast", "room", "area")
 
 

@@ -16,7 +16,6 @@ from sample_scenes.studio import Towards, add_camera
 
 HOLDS = {
     "soil": {"Soil", "Soil Mounds", "Soil Crumbs", "Soil Fibres", "Cork Bark"},
-    "shed": {"Soil", "Soil Crumbs", "Shed Skin"},
     "turntable": {"Plate", "Backdrop", "Grey Ball", "Chrome Ball", "Colours"},
 }
 
