@@ -46,7 +46,7 @@ class View:
 
 _LOOPS = (-0.03, -0.045, 0.015)
 VIEWS = {
-    "hero": View(Towards(-90.0, 34.0, 0.60), (-0.034, -0.024, 0.012), 112.0, exposure=1.05, fstop=16.0),
+    "hero": View(Towards(-90.0, 34.0, 0.60), (-0.034, -0.024, 0.012), 112.0, exposure=1.15, fstop=16.0),
     "sky": View(Towards(-88.0, 32.0, 0.60), (-0.045, -0.035, 0.014), 95.0, light="sky"),
     "macro": View(Towards(-88.0, 36.0, 0.35), (-0.03, -0.043, 0.022), 180.0),
     # As in the thesis: seen from straight above, under one small sun at an angle to the body.
@@ -70,7 +70,7 @@ class Sun:
 # colour follows the flash's white image along them. Elaphe diffracts along the body, so its flash stands at an angle to
 # the long runs. The window shows the skin.
 SUNS = {
-    "XENOPELTIS": (Sun(93.0, 60.0, 3.6, 4.5), Sun(-112.0, 50.0, 2.6, 12.0)),
+    "XENOPELTIS": (Sun(93.0, 54.0, 3.6, 4.5), Sun(228.0, 66.0, 1.8, 16.0)),
     "ELAPHE": (Sun(128.0, 30.0, 7.0, 1.5), Sun(250.0, 58.0, 2.4, 18.0)),
 }
 

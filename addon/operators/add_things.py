@@ -68,7 +68,7 @@ class AddSnake(Acts, bpy.types.Operator):
         name="Flat Scales",
         description="How flat each scale is across the body. At 0, scales are as round as the body, and bands of "
         "colour run along it in thin lines. At 1, each scale is a flat tile of one colour, as in a mosaic",
-        default=0.4,
+        default=0.3,
         min=0.0,
         max=1.0,
         subtype="FACTOR",

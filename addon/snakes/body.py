@@ -178,7 +178,7 @@ class Species(NamedTuple):
 
 SPECIES = {
     # 15 rows over a stout, glassy body; a flat, wedge-shaped head hardly wider than the neck.
-    "XENOPELTIS": Species(80, 15, 0.50, 2.9, 0.80, 0.80, 0.50, 0.0, 0.0, 0.03, 0.6),
+    "XENOPELTIS": Species(80, 15, 0.50, 2.9, 0.80, 0.80, 0.50, 0.0, 0.0, 0.03, 0.5),
     # 23 rows, keeled on the back; a head distinct from a thin neck.
     "ELAPHE": Species(92, 23, 0.40, 3.2, 0.82, 0.60, 0.52, 0.0, 0.03, 0.06, 1.8),
 }

@@ -37,7 +37,7 @@ class Detail(NamedTuple):
     in bends."""
 
     faces: int
-    flatness: float = 0.4
+    flatness: float = 0.3
     scatter: float = 1.0
     seed: int = 0
 

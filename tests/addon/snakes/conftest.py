@@ -22,7 +22,7 @@ def make(room):
     """A function that makes a snake, each of them once."""
     made = {}
 
-    def make(species="XENOPELTIS", pose="RESTING", faces=50_000, *, flatness=0.4, scatter=1.0, seed=0):
+    def make(species="XENOPELTIS", pose="RESTING", faces=50_000, *, flatness=0.3, scatter=1.0, seed=0):
         asked = species, pose, faces, flatness, scatter, seed
         if asked not in made:
             spine = room["body"].spine_along(room["body"].POSES[pose], 1.0)
