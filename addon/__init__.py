@@ -21,7 +21,6 @@ from .operators import (
     level_steps,
     light,
     make_assets,
-    manual,
     osl_reference,
     shared,
     show_picture,
@@ -32,8 +31,8 @@ from .ui import (
     direction_panel,
     facts,
     folds,
+    installation,
     light_part,
-    missing_packages,
     object_menu,
     panel,
     preset_pictures,
@@ -102,8 +101,8 @@ CLASSES = (
     direction.BakeDirectionMap,
     why_black.WhyBlack,
     why_black.MendCause,
-    manual.OpenManual,
-    manual.Preferences,
+    installation.OpenManual,
+    installation.Preferences,
     folds.Folds,
     panel.PresetMenu,
     panel.SampleMenu,
@@ -149,7 +148,7 @@ def register() -> None:
     handlers.register()
     exporting.register()
     _command = bpy.utils.register_cli_command("grating", _run_command)  # type: ignore[func-returns-value]  # the stubs say it returns None
-    missing_packages.print_missing()
+    installation.print_missing()
 
 
 def unregister() -> None:

@@ -10,9 +10,9 @@ from ..operators.bake import BakeGrating, BakeNeeds
 from ..operators.direction import ChooseDirection, CombGrating, ShowDirection, Unwrap
 from ..operators.import_files import ImportHeightMap
 from ..operators.light import AddDiffractionLamp, AddLightRig, ChooseLights, CountLamp
-from ..operators.manual import OpenManual
 from ..operators.vary import AddHologram, PaintInput, UnpaintInput, VaryGrating
 from ..operators.why_black import WhyBlack
+from .installation import OpenManual
 from .panel import SampleMenu
 
 # The groups of the menu, in the order of the panel's steps. A pair is an operator with the property that it asks for in

@@ -15,15 +15,14 @@ from ..operators.assign import AdoptMaterials
 from ..operators.import_files import ImportHeightMap, LoadBake
 from ..operators.light import AddLightRig
 from ..operators.make_assets import MakeAssets, RemoveAssets
-from ..operators.manual import draw_manual
 from ..operators.osl_reference import NewOslReference
 from ..operators.shared import draw_progress, running_bake, selected_meshes
 from ..operators.why_black import WhyBlack
 from .facts import DONE, LIGHT, LOOK, QUALITY, SURFACE, Next, SceneFacts, facts_of, next_step, state_of
 from .folds import PRESETS, fold_of, folds
+from .installation import draw_manual, draw_missing
 from .light_part import draw_light, draw_warnings
 from .look_part import draw_look, draw_stickers
-from .missing_packages import draw_missing
 from .notes import draw_note
 from .preset_pictures import CHOSEN, presets_with_pictures
 from .quality_part import draw_quality

@@ -43,8 +43,8 @@ def part(name: str):
 
 def look_installed() -> None:
     """Let the panel look as in a Blender from blender.org with the zip: with all packages, and with the manual."""
-    part("ui.missing_packages").missing_line = str
-    part("operators.manual").MANUAL = Path(__file__)
+    part("ui.installation").missing_line = str
+    part("ui.installation").MANUAL = Path(__file__)
 
 
 def set_up() -> Steps:

@@ -119,10 +119,10 @@ def test_the_panel_says_once_what_is_missing(scene, addon, spoil, packages):
 
 
 def test_the_console_says_once_what_is_missing(addon, spoil, capsys):
-    addon.missing_packages.print_missing()
+    addon.installation.print_missing()
     assert capsys.readouterr().err == ""
     spoil(MISSING, "PIL")
-    addon.missing_packages.print_missing()
+    addon.installation.print_missing()
     told = capsys.readouterr().err
     assert told.count("\n") == 1
     assert told.startswith("Natural Gratings: Missing packages: Pillow (to read PNG, TIFF and BMP scans). ")

@@ -18,7 +18,7 @@ def opened(addon, tmp_path, monkeypatch):
     page = tmp_path / "my add-ons" / "index.html"
     page.parent.mkdir()
     page.touch()
-    monkeypatch.setattr(addon.manual, "MANUAL", page)
+    monkeypatch.setattr(addon.installation, "MANUAL", page)
     monkeypatch.setattr("webbrowser.open", lambda address: addresses.append(address) or True)
     return addresses
 
@@ -29,7 +29,7 @@ def buttons(addon):
     holder = SimpleNamespace(layout=layout)
     for panel in (addon.panel.GratingPanel, addon.panel.MaterialPanel, addon.panel.ShaderPanel):
         panel.draw_header_preset(holder, context_of())
-    addon.manual.Preferences.draw(holder, context_of())
+    addon.installation.Preferences.draw(holder, context_of())
     return layout.operators
 
 
@@ -46,10 +46,10 @@ def test_without_a_browser_it_names_the_page(addon, opened, monkeypatch):
 
 
 def test_a_copy_without_a_manual_has_no_button(addon, monkeypatch, tmp_path):
-    monkeypatch.setattr(addon.manual, "MANUAL", tmp_path / "index.html")
+    monkeypatch.setattr(addon.installation, "MANUAL", tmp_path / "index.html")
     assert buttons(addon) == []
     assert not bpy.ops.grating.manual.poll()
 
 
 def test_it_is_looked_for_where_the_zip_has_it(addon, extension):
-    assert Path(extension.__file__).parent / IN_ZIP / "index.html" == addon.manual.MANUAL
+    assert Path(extension.__file__).parent / IN_ZIP / "index.html" == addon.installation.MANUAL
