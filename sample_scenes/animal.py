@@ -71,7 +71,7 @@ class Sun:
 # the long runs. The window shows the skin.
 SUNS = {
     "XENOPELTIS": (Sun(93.0, 54.0, 3.6, 4.5), Sun(228.0, 66.0, 1.8, 16.0)),
-    "ELAPHE": (Sun(128.0, 30.0, 7.0, 1.5), Sun(250.0, 58.0, 2.4, 18.0)),
+    "ELAPHE": (Sun(128.0, 30.0, 5.6, 1.5), Sun(250.0, 58.0, 2.6, 18.0)),
 }
 
 
