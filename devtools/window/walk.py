@@ -3,6 +3,7 @@
 
 import subprocess
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 from .. import EXTENSION, ROOT, DevError, environments
@@ -55,10 +56,8 @@ def first_hour(binary: Path, folder: Path) -> list[Path]:
         run([binary, *stage_arguments(folder)], variables)  # for the scan
         say("walk: pictures of each station ...")
         with display(*SMALL, folder=user) as screen:
-            size = [str(number) for number in SMALL]
-            script = ["--python", HERE / "first_hour_in_blender.py", "--", folder, user / "Xvfb_screen0"]
-            options = ["--enable-event-simulate", "--window-geometry", "0", "0", *size]
-            run([binary, *options, *script], {**variables, "DISPLAY": screen})
+            arguments = window_arguments("first_hour_in_blender.py", SMALL, folder=folder, screen_folder=user)
+            run([binary, *arguments], {**variables, "DISPLAY": screen})
     return sorted(folder.glob("[0-9][0-9]_*.png"))
 
 
@@ -73,10 +72,8 @@ def screens(binary: Path, folder: Path) -> list[Path]:
         variables = {"BLENDER_USER_RESOURCES": private, "NATURAL_GRATINGS_CACHE": str(user / "cache")}
         say("walk: pictures of the panel ...")
         with display(*TALL, folder=user) as screen:
-            size = [str(number) for number in TALL]
-            options = ["--addons", EXTENSION, "--enable-event-simulate", "--window-geometry", "0", "0", *size]
-            script = ["--python", HERE / "screens_in_blender.py", "--", folder, user / "Xvfb_screen0"]
-            run([binary, *options, *script], {**variables, "DISPLAY": screen})
+            arguments = window_arguments("screens_in_blender.py", TALL, folder=folder, screen_folder=user)
+            run([binary, "--addons", EXTENSION, *arguments], {**variables, "DISPLAY": screen})
     return sorted(folder.glob("*.png"))
 
 
@@ -87,10 +84,17 @@ def stage_arguments(folder: Path) -> list[str | Path]:
 
 def walk_arguments(folder: Path, screen_folder: Path) -> list[str | Path]:
     """Arguments for the Blender that walks on the stage in `folder`. The screen's picture is in `screen_folder`."""
-    size = [str(number) for number in SIZE]
-    options = ["--enable-event-simulate", "--window-geometry", "0", "0", *size]
-    script = ["--python", HERE / "walk_in_blender.py", "--", folder, screen_folder / "Xvfb_screen0"]
-    return [*options, folder / "stage.blend", *script]
+    opened = folder / "stage.blend"
+    return window_arguments("walk_in_blender.py", SIZE, folder=folder, screen_folder=screen_folder, opened=[opened])
+
+
+def window_arguments(
+    script: str, size: tuple[int, int], *, folder: Path, screen_folder: Path, opened: Sequence[Path] = ()
+) -> list[str | Path]:
+    """Arguments for a Blender whose window fills a screen of this size, where simulated hands do what a script of this
+    room says. `opened`: the file that it opens first."""
+    options = ["--enable-event-simulate", "--window-geometry", "0", "0", *map(str, size)]
+    return [*options, *opened, "--python", HERE / script, "--", folder, screen_folder / "Xvfb_screen0"]
 
 
 def run(command: list[str | Path], variables: dict[str, str]) -> None:
