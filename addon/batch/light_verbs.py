@@ -22,7 +22,7 @@ _ANYWHERE = number(-1e6, 1e6)
 def light_rig_options(parser: argparse.ArgumentParser) -> None:
     """The arguments of `light-rig`."""
     add_properties(parser, AddLightRig, "kind", "strength", "softness")
-    add_objects(parser)
+    add_objects(parser, "the active object if it shows a grating, else all that do")
     add_save(parser)
 
 

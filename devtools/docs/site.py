@@ -8,8 +8,9 @@ import tempfile
 from pathlib import Path
 
 from .. import ROOT, DevError
-from ..environments import Environment
-from ..steps import clean_environment, say
+from ..environments import BPY45, Environment, require
+from ..machine import ensure_blender_libraries
+from ..steps import clean_environment, project_environment, say
 from .pages import DOCS, faults_of_pages
 
 # What a browser loads from another host when it opens a page. Links that a reader clicks do not count.
@@ -42,8 +43,8 @@ def build(environment: Environment, output: Path, *, external: bool = False) -> 
 
 
 def files(environment: Environment) -> dict[str, bytes]:
-    """Build the site. Returns the files that a zip ships, by their names in the zip. They depend only on the pages. The
-    theme's maps stay, because its minified scripts can be read with them."""
+    """Build the site. Returns the files that a zip ships, by their names in the zip. They depend only on the pages and
+    the commands. The theme's maps stay, because its minified scripts can be read with them."""
     say("manual: building ...")
     with tempfile.TemporaryDirectory() as folder:
         site = Path(folder, "site")
@@ -61,15 +62,27 @@ def _licences(environment: Environment) -> bytes:
 
 
 def _sphinx(environment: Environment, builder: str, folder: Path) -> list[str]:
-    """Run a builder of Sphinx. Returns its warnings. Nothing is kept from one run to the next, because Sphinx does not
-    repeat the warnings of a page that has not changed."""
+    """Run a builder of Sphinx on the pages and the page of all commands. Returns its warnings. Nothing is kept from one
+    run to the next, because Sphinx does not repeat the warnings of a page that has not changed."""
+    pages = shutil.copytree(DOCS, folder.with_suffix(".docs"))
+    shutil.copy(ROOT / "CITATION.cff", pages.parent)  # which a page links
+    _write_commands(pages / "commands.md")
     command = [environment.python, "-m", "sphinx", "--quiet", "--no-color", "--builder", builder]
-    command += ["--doctree-dir", folder.with_suffix(".doctrees"), DOCS, folder]
+    command += ["--doctree-dir", folder.with_suffix(".doctrees"), pages, folder]
     answer = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, env=clean_environment())
-    warnings = answer.stderr.replace(f"{ROOT}/", "").strip().splitlines()
+    warnings = answer.stderr.replace(f"{pages}/", "docs/").strip().splitlines()
     if answer.returncode > 1 or answer.returncode and not warnings:
         raise DevError(f"Sphinx, {builder}: {' | '.join(warnings[-3:])}")
     return warnings
+
+
+def _write_commands(path: Path) -> None:
+    """Write the page of all commands. It is made in Blender 4.5, because Python's versions print help differently."""
+    ensure_blender_libraries()
+    command = [require(BPY45).python, "-m", "devtools.docs.commands", path]
+    answer = subprocess.run(command, capture_output=True, text=True, env=project_environment())
+    if answer.returncode != 0:
+        raise DevError(f"the page of commands: {answer.stderr.strip().splitlines()[-1]}")
 
 
 def loaded_from_outside(html: str) -> list[str]:
