@@ -19,6 +19,7 @@ from bpy_extras.view3d_utils import location_3d_to_region_2d
 # Seconds for an event, and for an event that builds a node group.
 MOMENT, LONG = 0.05, 1.0
 _ROW = 14  # pixels; a button is 20 high
+_SHADOW = 7  # pixels; a popup's, to the left, to the right and below
 _TABS = 60  # pixels; the width of the sidebar's tabs, at most
 
 # The row where each button was found last, by its command.
@@ -145,19 +146,30 @@ def save_screen(screen: Path, picture: Path) -> None:
 
 def save_sidebar(screen: Path, picture: Path) -> None:
     """Save the sidebar as PNG, down to the end of its panel. The region's rounded corners do not count."""
-    sidebar, height = view()[2], window().height
-    top = height - sidebar.y - sidebar.height
-    pixels = screen_pixels(screen)[top : height - sidebar.y, sidebar.x : sidebar.x + sidebar.width]
+    pixels = _of_region(screen, view()[2])
     inner = pixels[:-_ROW, _ROW:-_TABS]
     last = np.flatnonzero((inner != inner[-1, 0]).any(axis=(1, 2)))[-1]
     save_png(_in_64_tones(pixels[: last + _ROW]), picture)
 
 
+def save_region(screen: Path, region: bpy.types.Region, picture: Path) -> None:
+    """Save a region of Blender's window as PNG."""
+    save_png(_in_64_tones(_of_region(screen, region)), picture)
+
+
+def _of_region(screen: Path, region: bpy.types.Region) -> np.ndarray:
+    """The pixels of a region of Blender's window."""
+    top = window().height - region.y - region.height
+    return screen_pixels(screen)[top : top + region.height, region.x : region.x + region.width]
+
+
 def save_changed(screen: Path, before: np.ndarray, picture: Path) -> None:
-    """Save the part of the screen that differs from what it showed before, such as a popup, as PNG."""
+    """Save the part of the screen that differs from what it showed before, such as a popup, as PNG without its
+    shadow."""
     pixels = screen_pixels(screen)
     rows, columns = np.nonzero((pixels != before).any(axis=2))
-    save_png(_in_64_tones(pixels[rows.min() : rows.max() + 1, columns.min() : columns.max() + 1]), picture)
+    inner = slice(columns.min() + _SHADOW, columns.max() + 1 - _SHADOW)
+    save_png(_in_64_tones(pixels[rows.min() : rows.max() + 1 - _SHADOW, inner]), picture)
 
 
 def _in_64_tones(pixels: np.ndarray) -> np.ndarray:

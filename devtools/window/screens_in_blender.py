@@ -2,8 +2,9 @@
 """The pages' pictures of the panel, in a Blender with a window and event simulation:
 `--python screens_in_blender.py -- FOLDER SCREEN`.
 
-The steps are those of docs/first_steps.md: a new file, a scan, its bake, the mesh, the lamps. FOLDER gets a PNG of the
-sidebar at each. SCREEN is the screen's picture file (display.py); its folder gets the scan."""
+The steps are those of docs/first_steps.md: a new file, a scan, its bake, the mesh, the lamps; then a snake. FOLDER gets
+a PNG of the sidebar at each, and of menus and dialogs. SCREEN is the screen's picture file (display.py); its folder
+gets the scan."""
 
 import importlib
 import sys
@@ -24,16 +25,19 @@ from devtools.window.hands import (
     press_button,
     press_in_view,
     save_changed,
+    save_region,
     save_sidebar,
     screen_pixels,
     show_sidebar,
     view,
+    window,
 )
 
 FOLDER, SCREEN = (Path(argument) for argument in sys.argv[sys.argv.index("--") + 1 :])
 EXTENSION = "bl_ext.user_default.natural_gratings.addon"
 SCALE = 1.4  # of the interface, so that the pictures are sharp on a screen with small pixels
 SECOND = 1.0
+ROW = 28  # pixels from a row of the panel to the next, at this scale
 
 
 def part(name: str):
@@ -87,19 +91,37 @@ def picture(name: str, open_part: str = "", seconds: float = 3 * SECOND) -> Step
     print(f"[walk] {name}.png", flush=True)
 
 
+def popup(name: str, opening: Steps) -> Steps:
+    """Save a picture of what steps open, such as a menu or a dialog, and close it."""
+    leave_buttons()
+    yield 2 * SECOND
+    before = screen_pixels(SCREEN)
+    yield from opening
+    yield 2 * SECOND
+    save_changed(SCREEN, before, FOLDER / f"{name}.png")
+    print(f"[walk] {name}.png", flush=True)
+    yield from press_in_view("ESC")
+
+
 def why_black() -> Steps:
     """Save a picture of the popup that lists why the mesh is black: its only lamp is hidden."""
     lamp = bpy.data.objects["Light"]
     lamp.hide_render = True
-    x, y = yield from find_button("bpy.ops.grating.why_black")
-    leave_buttons()
-    yield 2 * SECOND
-    before = screen_pixels(SCREEN)
-    yield from click(x, y)
-    yield 2 * SECOND
-    save_changed(SCREEN, before, FOLDER / "why_black.png")
-    yield from press_in_view("ESC")
+    yield from popup("why_black", click(*(yield from find_button("bpy.ops.grating.why_black"))))
     lamp.hide_render = False
+
+
+def snake() -> Steps:
+    """Save a picture of the settings of a new snake, in the panel Adjust Last Operation."""
+    area, region, _ = view()
+    with bpy.context.temp_override(window=window(), area=area, region=region):
+        bpy.ops.grating.add_snake("EXEC_DEFAULT", True)
+    yield 5 * SECOND
+    panel = next(region for region in area.regions if region.type == "HUD")
+    yield from click(panel.x + ROW, panel.y + panel.height / 2)
+    yield 5 * SECOND
+    save_region(SCREEN, panel, FOLDER / "snake.png")
+    print("[walk] snake.png", flush=True)
 
 
 def story() -> Steps:
@@ -115,9 +137,15 @@ def story() -> Steps:
     yield from picture("bake", "quality")
     yield from press_button("bpy.ops.grating.assign")
     yield from picture("look", "look")
+    x, y = yield from find_button("bpy.ops.grating.vary", across=0.6)
+    yield from popup("variation", click(x, y))
+    yield from popup("pattern", click(x, y - ROW))
     yield from why_black()
+    x, y = yield from find_button("bpy.ops.grating.light_rig")
+    yield from popup("light_rig", click(x + 8 * ROW, y))
     yield from press_button("bpy.ops.grating.light_rig")
     yield from picture("light", "light", 5 * SECOND)
+    yield from snake()
 
 
 play(story())
