@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The time of a bake and of its self-check, stage by stage, in Fourier transforms of the scan's size.
 
-    ./dev bench bake [--runs N] [--shared DIR] [--json FILE|-]
+    ./dev bench bake [--runs N] [--shared DIR] [--output docs] [--json FILE|-]
 
 Each bake runs in a process of its own, so that the peak of memory is the bake's. Of the runs, the one that took the
 least processor time counts. A transform is a complex one of the scan's size in double precision (`np.fft.fft2`), timed
 beside the bake. DIR is the folder of real scans, by default shared/data beside the repository.
+`--output` writes speed.md with the memory that the scan takes.
 """
 
 import argparse
@@ -32,6 +33,7 @@ from precompute.presets.presets import draft_request
 
 from ..speed.result import machine
 from ..speed.surfaces import SHARED, SKINS
+from ..study.pages import filled, write_page
 from . import report
 
 # The functions of each stage, as precompute's modules name them. The time of a function does not contain that of the
@@ -58,6 +60,7 @@ CHECK = {
 REST = "rest"
 # The surfaces and qualities, and the number of transforms that a bake's time is compared with.
 ROWS = (("elaphe, scan", "good"), ("elaphe, scan", "draft"), ("sample:elaphe", "good"), ("sample:elaphe", "draft"))
+PAGE, PLACE = "speed.md", "memory of a bake"
 _TRANSFORMS = 24
 
 
@@ -166,6 +169,7 @@ def main(argv: list[str]) -> None:
         "--runs", type=count(1, 1000), default=3, metavar="N", help="runs of each row (default: %(default)s)"
     )
     parser.add_argument("--shared", type=Path, default=SHARED, metavar="DIR")
+    parser.add_argument("-o", "--output", type=Path, metavar="DIR", help=f"write {PAGE} into a folder")
     parser.add_argument("--one", metavar="JSON", help=argparse.SUPPRESS)
     report.add_json(parser)
     arguments = parser.parse_args(argv)
@@ -173,6 +177,8 @@ def main(argv: list[str]) -> None:
         *scan, quality = json.loads(arguments.one)
         print(json.dumps(measure(Scan(*scan), quality)))
         return
+    if arguments.output and scan_of(ROWS[0][0], arguments.shared) is None:
+        parser.error(f"--output: the scan is not in {arguments.shared}")
     on = machine()
     report.say(
         f"{on.processor}, {on.cores} cores; Python {on.python}, NumPy {on.numpy}; load {on.load}", arguments.json
@@ -189,3 +195,6 @@ def main(argv: list[str]) -> None:
         report.say(as_text(name, rows[name]), arguments.json)
     report.write({"processor": on.processor, "rows": {name: found | totals(found) for name, found in rows.items()}},
                  arguments.json)  # fmt: skip
+    if arguments.output:
+        figures = {PLACE: f"{rows[', '.join(ROWS[0])]['peak_bytes'] / 2**20:.0f} MiB"}
+        write_page(arguments.output, PAGE, filled(PAGE, figures, part=PLACE), part=PLACE)
