@@ -178,11 +178,11 @@ def _add_left(tree: Tree) -> None:
     tree.output(1.0 - shines * share * within)
 
 
-# The least roughness that rough reflections see. A CD over floors of roughness 0.02, 0.1 and 0.3 keeps 0.94, 0.96 and 0.97
-# of its colour (the largest less the least channel) in them, with 1.05, 1.04 and 1.01 times the light of no blur, and
-# 1.02, 1.03 and 1.10 times that of All by Samples (4096 samples, Clamp Indirect 0; Blender's default of 10 takes a
-# third of All's). At 64 samples the pixels of a floor of 0.3 are at most 2.4 times the median of their neighbours, where
-# 0.25 leaves 2.2 with a third of the colour, and no blur 4.0.
+# The least roughness that rough reflections see. A CD over floors of roughness 0.02, 0.1 and 0.3 keeps 0.94, 0.96 and
+# 0.97 of its colour (the largest less the least channel) in them, with 1.05, 1.04 and 1.01 times the light of no blur,
+# and 1.02, 1.03 and 1.10 times that of All by Samples (4096 samples, Clamp Indirect 0; Blender's default of 10 takes a
+# third of All's). At 64 samples the pixels of a floor of 0.3 are at most 2.4 times the median of their neighbours,
+# where 0.25 leaves 2.2 with a third of the colour, and no blur 4.0.
 ROUGHNESS = 0.12
 
 
