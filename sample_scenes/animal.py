@@ -48,9 +48,9 @@ _LOOPS = (-0.03, -0.045, 0.015)
 VIEWS = {
     "hero": View(Towards(-90.0, 34.0, 0.60), (-0.034, -0.024, 0.012), 112.0, exposure=1.15, fstop=16.0),
     "sky": View(Towards(-88.0, 32.0, 0.60), (-0.045, -0.035, 0.014), 95.0, light="sky"),
-    "macro": View(Towards(-88.0, 36.0, 0.35), (-0.03, -0.043, 0.022), 180.0),
+    "macro": View(Towards(-88.0, 36.0, 0.35), (-0.03, -0.043, 0.022), 240.0, exposure=0.9, fstop=32.0),
     # As in the thesis: seen from straight above, under one small sun at an angle to the body.
-    "close": View(Towards(-90.0, 89.0, 0.40), (-0.01, -0.030, 0.022), 260.0, light="one sun"),
+    "close": View(Towards(-90.0, 89.0, 0.40), (-0.01, -0.034, 0.022), 280.0, light="one sun", exposure=0.3),
     "room": View(Towards(-95.0, 43.0, 0.42), _LOOPS, 50.0, light="room", exposure=1.3),
     "turntable": View(Towards(-90.0, 34.0, 0.70), (0.0, -0.012, 0.008), 74.0, exposure=1.4, ground="turntable"),
 }
@@ -71,11 +71,9 @@ class Sun:
 # the long runs. The window shows the skin.
 SUNS = {
     "XENOPELTIS": (Sun(93.0, 54.0, 3.6, 4.5), Sun(228.0, 66.0, 1.8, 16.0)),
-    "ELAPHE": (Sun(128.0, 30.0, 5.6, 1.5), Sun(250.0, 58.0, 2.6, 18.0)),
+    "ELAPHE": (Sun(140.0, 44.0, 4.2, 2.5), Sun(215.0, 60.0, 2.0, 60.0)),
 }
-
-
-LONE_SUN = Sun(-75.0, 58.0, 7.0, 0.53)
+LONE_SUN = {"XENOPELTIS": Sun(-75.0, 58.0, 7.0, 0.53), "ELAPHE": Sun(-35.0, 45.0, 6.0, 1.5)}
 
 
 def turn_camera(camera: bpy.types.Object, target: tuple[float, float, float]) -> None:
@@ -119,11 +117,11 @@ def build(
     elif view.light == "sky":
         light_by_sky(scene, SUNS[species][0].azimuth_deg, SUNS[species][0].elevation_deg)
     else:
-        for index, sun in enumerate(SUNS[species] if view.light == "suns" else (LONE_SUN,)):
+        for index, sun in enumerate(SUNS[species] if view.light == "suns" else (LONE_SUN[species],)):
             at = Towards(sun.azimuth_deg, sun.elevation_deg, 2.0)
             name = f"Sun {index + 1}"
             add_key(scene, name, at, target=view.target, strength=sun.strength, angle_deg=sun.angle_deg)
-        dusk = wrap_in_dusk(scene, 0.15 if view.light == "suns" else 0.01)
+        dusk = wrap_in_dusk(scene, 0.15 if view.light == "suns" else 0.05)
     camera = add_camera(scene, view.camera, view.target, view.lens_mm)
     camera.data.dof.use_dof, camera.data.dof.focus_distance = view.fstop > 0, view.camera.distance_m
     camera.data.dof.aperture_fstop = view.fstop or 16.0

@@ -134,10 +134,10 @@ def _elaphe(tree: Tree) -> Value:
     beside = tree.math("ABSOLUTE", skin.around - 0.50)
     side = _blotch(tree, along + 0.5, beside, half_length=0.22, half_width=0.10)
     inside = tree.maximum(back, side) + skin.random * 0.10 + skin.noise(5.0) * 0.5 - 0.30
-    ground = skin.blend(skin.step(skin.around, 0.1, 0.7), (0.22, 0.070, 0.016), (0.27, 0.125, 0.045))
-    ground = skin.blend(skin.step(skin.noise(1.1), 0.4, 0.65), ground, (0.20, 0.115, 0.055))
+    ground = skin.blend(skin.step(skin.around, 0.1, 0.7), (0.22, 0.065, 0.012), (0.26, 0.105, 0.030))
+    ground = skin.blend(skin.step(skin.noise(1.1), 0.4, 0.65), ground, (0.20, 0.090, 0.032))
     ground = ground * (skin.noise(14.0) * 0.9 + 0.55) * (skin.random * 0.4 + 0.8)
-    blotch = (skin.random * 0.4 + 0.8) * skin.blend(skin.noise(6.0), (0.105, 0.013, 0.005), (0.19, 0.030, 0.009))
+    blotch = (skin.random * 0.4 + 0.8) * skin.blend(skin.noise(6.0), (0.062, 0.006, 0.003), (0.120, 0.014, 0.006))
     coat = skin.blend(skin.step(inside, 0.0, 0.03), ground, (0.009, 0.005, 0.004))
     coat = skin.blend(skin.step(inside, 0.14, 0.18), coat, blotch)
     coat = skin.blend(skin.rim * 0.4, coat, (0.085, 0.045, 0.025))
