@@ -53,8 +53,8 @@ def _lamp(scene: bpy.types.Scene, sun: Sun) -> None:
 # Each light's set-up function and exposure in stops.
 WORLDS = {
     "studio": (partial(_painted, soft_boxes), 1.0),
-    "sky": (_sky, 0.0),
-    "overcast": (partial(_painted, overcast), 2.5),
+    "sky": (_sky, -1.5),
+    "overcast": (partial(_painted, overcast), 1.7),
     "room": (partial(_painted, room), 1.0),
     "area": (_lamp, 1.0),
 }
