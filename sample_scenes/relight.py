@@ -54,7 +54,7 @@ def _lamp(scene: bpy.types.Scene, sun: Sun) -> None:
 WORLDS = {
     "studio": (partial(_painted, soft_boxes), 1.0),
     "sky": (_sky, -1.5),
-    "overcast": (partial(_painted, overcast), 1.7),
+    "overcast": (partial(_painted, overcast), 2.2),
     "room": (partial(_painted, room), 1.0),
     "area": (_lamp, 1.0),
 }
