@@ -16,8 +16,10 @@ from .rendered_lamps import rendered
 
 # Finds the bounding boxes (n, 2, 3) of what the lamps light. Called only if there are too many lamps.
 LitBoxes = Callable[[bpy.types.Scene], np.ndarray]
-# Each lamp costs some time in every pixel, so only the brightest are used.
+# How many lamps have names (lamp_drivers.py). Files contain the names, so the number is the same in all Blenders.
 LAMPS_MAX = 32
+# Each lamp costs some time in every pixel, so only the brightest are used.
+FOLLOWED_MAX = min(LAMPS_MAX, compat.LAMPS_IN_CYCLES)
 # Lamps that the artist leaves out are shown to nodes that sample light at random, up to this many.
 LEFT_OUT_MAX = 8
 # The largest number of left-out lamps that a warning names.
@@ -72,12 +74,12 @@ def _in_order(lamps: list[bpy.types.Object]) -> list[bpy.types.Object]:
 def brightest(
     scene: bpy.types.Scene, *, followed: Sequence[bpy.types.Object] = (), lit: LitBoxes | None = None
 ) -> list[bpy.types.Object]:
-    """The lamps that light diffraction, at most LAMPS_MAX, in the panel's order. The artist's left-out lamps do not.
+    """The lamps that light diffraction, at most FOLLOWED_MAX, in the panel's order. The artist's left-out lamps do not.
 
     If there are more, kept lamps come first, then lamps visible in the render, then the ones that send the most light
     to the boxes that `lit` finds. A followed lamp is replaced only by a clearly brighter one."""
     lamps = [lamp for lamp in lamps_of(scene) if not is_left_out(lamp)]
-    if len(lamps) > LAMPS_MAX:
+    if len(lamps) > FOLLOWED_MAX:
         lamps = _chosen(scene, lamps, set(followed), lit)
     return _in_order(lamps)
 
@@ -91,7 +93,7 @@ def _chosen(
         (not is_kept(lamp), not shown, -strength * (_LEAD if lamp in followed else 1.0), lamp.name, index)
         for index, (lamp, shown, strength) in enumerate(zip(lamps, rendered(scene, lamps), strengths, strict=True))
     ]
-    return [lamps[index] for *_, index in sorted(order)[:LAMPS_MAX]]
+    return [lamps[index] for *_, index in sorted(order)[:FOLLOWED_MAX]]
 
 
 def instanced_lamps(depsgraph: bpy.types.Depsgraph) -> list[str]:
@@ -137,12 +139,12 @@ def unfollowed_features(scene: bpy.types.Scene, counted: Sequence[bpy.types.Obje
     `counted`, if the render shows them. Lamps that the artist leaves out need no warning."""
     lamps = [lamp for lamp in lamps_of(scene) if not is_left_out(lamp)]
     lines = []
-    if len(lamps) > LAMPS_MAX:
+    if len(lamps) > FOLLOWED_MAX:
         left_out = [lamp for lamp in lamps if lamp not in counted]
         names = sorted(lamp.name for lamp, shown in zip(left_out, rendered(scene, left_out), strict=True) if shown)
         if names:
             listed = [*names[:_NAMED_MAX], f"and {len(names) - _NAMED_MAX} more"] if len(names) > _NAMED_MAX else names
-            told = f"diffraction uses at most {LAMPS_MAX} lamps; left out: {', '.join(listed)}"
+            told = f"diffraction uses at most {FOLLOWED_MAX} lamps; left out: {', '.join(listed)}"
             lines.append(f"{told}; choose lamps in the panel's step Light")
     for lamp in lamps:
         if _has_own_nodes(lamp.data):

@@ -59,7 +59,7 @@ def counted_lamps(scene: bpy.types.Scene) -> list[bpy.types.Object]:
 def follow_lamps(
     scene: bpy.types.Scene, *, in_viewport: bool = False, lit: LitBoxes | None = None
 ) -> list[bpy.types.Object]:
-    """Make the scene's properties follow its lamps, at most LAMPS_MAX. Return the followed lamps.
+    """Make the scene's properties follow its lamps, at most FOLLOWED_MAX. Return the followed lamps.
 
     Unchanged drivers are not written. Lamps that are already followed stay before new ones, so that a change of
     strength keeps their order. With `in_viewport`, lamps hidden only in the viewport count as hidden. `lit` finds the

@@ -149,6 +149,18 @@ def group_of_lamp(tree: Tree, group: bpy.types.NodeTree, index: int) -> dict[str
     return outputs
 
 
+def packed_lamp(tree: Tree, index: int, linked: bool) -> list[Operand]:
+    """Add nodes that hold the scene's lamp `index` as it is packed (lamp_drivers.py): the vector and the fourth number
+    of each property. `linked`: apply light linking."""
+    packed: list[Operand] = []
+    for what in PROPERTIES:
+        vector, number = read_property(tree, property_name(index, what))
+        if linked and what == "power":
+            vector = vector * (1.0 - read_unlinked(tree, index))
+        packed += vector, number
+    return packed
+
+
 def light_of_object(tree: Tree, *, coloured: bool) -> Light:
     """Add nodes for the lamp whose properties the object itself holds, as its lamp 0 (lamp_drivers.py). `coloured`:
     it may be of another spectrum than white."""
@@ -255,15 +267,26 @@ def lamp_and_point(tree: Tree, index: int, linked: bool, *, coloured: bool = Fal
     apply light linking. `coloured`: see light_of."""
     outputs = group_of_lamp(tree, lamp_and_point_group(), index)
     tree.feed(outputs[_POINT[0].name].socket.node.inputs[_SEED.name], index + 1.0)
-    light, point = (Light(*(outputs[socket.name] for socket in sockets)) for sockets in (LAMP_OUTPUTS, _POINT))
+    lamp, point = _lamp_and_point(outputs)
     if linked:
-        light, point = (
-            replace(each, irradiance=each.irradiance * (1.0 - read_unlinked(tree, index))) for each in (light, point)
-        )
+        shown = 1.0 - read_unlinked(tree, index)
+        lamp = replace(lamp, irradiance=lamp.irradiance * shown)
+        point = replace(point, irradiance=point.irradiance * shown)
+    return lamp, replace(point, spectrum=spectrum_of_lamp(tree, index, coloured))
+
+
+def lamp_and_point_from(tree: Tree, packed: Sequence[Operand], *, seed: float, label: str) -> tuple[WholeLamp, Light]:
+    """Add nodes for a packed lamp (lamp_drivers.py): the whole lamp, and the light that a sample takes from it."""
+    given = {socket.name: value for socket, value in zip((*LAMP_INPUTS, _SEED), (*packed, seed), strict=True)}
+    return _lamp_and_point(tree.group(lamp_and_point_group(), given, label=label))
+
+
+def _lamp_and_point(outputs: Mapping[str, Value]) -> tuple[WholeLamp, Light]:
+    """The whole lamp and the point, from the outputs of their group."""
+    light, point = (Light(*(outputs[socket.name] for socket in sockets)) for sockets in (LAMP_OUTPUTS, _POINT))
     is_area, is_round, away, *axes = (outputs[socket.name] for socket in SHAPE)
     held = light.direction, light.irradiance, light.variance, light.distance, light.casts_shadow
-    shape = is_area, is_round, away, (axes[0], axes[1], axes[2])
-    return WholeLamp(*held, *shape), replace(point, spectrum=spectrum_of_lamp(tree, index, coloured))
+    return WholeLamp(*held, is_area, is_round, away, (axes[0], axes[1], axes[2])), point
 
 
 def lamp_and_point_group() -> bpy.types.NodeTree:

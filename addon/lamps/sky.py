@@ -29,7 +29,7 @@ from mathutils import Vector
 
 from ..blender import compat, stored
 from ..blender.working_space import working_space
-from ..nodes.builder import Tree
+from ..nodes.builder import Operand, Tree
 from .lamp_group import FAR, Light, read_number, read_property
 
 if TYPE_CHECKING:
@@ -255,11 +255,16 @@ def add_sky_sun(scene: bpy.types.Scene, sky: bpy.types.ShaderNodeTexSky, source:
     return sun
 
 
-def source_light(tree: Tree, index: int, *, coloured: bool = False) -> Light:
-    """Add nodes that read the world's source `index`. All values are 0 if it does not exist. `coloured`: it may be of
-    another spectrum than white."""
+# Instead of the axes of a lamp, and of the cosines of a spot (lamp_drivers.py).
+_NO_AXES: tuple[Operand, ...] = ((0.0, 0.0, 0.0), -3.0, (0.0, 0.0, 0.0), -2.0)
+
+
+def source_light(tree: Tree, index: int, *, coloured: bool = False) -> tuple[Light, list[Operand]]:
+    """Add nodes that read the world's source `index`; and return it packed as a sun too (lamp_drivers.py). All values
+    are 0 if it does not exist. `coloured`: it may be of another spectrum than white."""
     (direction, disc), (irradiance, shadow) = (
         read_property(tree, source_name(index, what)) for what in ("place", "power")
     )
     row = read_number(tree, source_name(index, SPECTRUM)) if coloured else None
-    return Light(direction, irradiance, tree.maximum(-1.0 - disc, 0.0), FAR, shadow, spectrum=row)
+    light = Light(direction, irradiance, tree.maximum(-1.0 - disc, 0.0), FAR, shadow, spectrum=row)
+    return light, [direction, disc, irradiance, shadow, *_NO_AXES]

@@ -7,25 +7,33 @@ largest p is always answered to. Of the others one is drawn at random, with the 
 and its light is divided by q_i. So the mean over many samples is the light of all lamps. The noise is small, because
 the strongest lamp has none and the others are drawn in proportion to about what they send.
 
-Each lamp carries two vectors and four numbers (the variance of its disc, how far away its shadows begin, p, and its row
-in the table of lamps) along two chains: one keeps the strongest, one the drawn lamp. Blender does not evaluate the last
-number where nothing uses it."""
+The choice is among the lamps as they are packed (lamps/lamp_drivers.py): numbers of the scene, which are constants of
+a shader. A Cycles shader holds 255 numbers at once. So a lamp's light is computed for its p, and again for the chosen
+two. With the lights of all lamps at once, twelve area lamps would make the material black."""
 
-from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import bpy
 
-from ..lamps.lamp_group import LAMP_OUTPUTS, SHAPE, Light, WholeLamp, lamp_and_point, light_of
+from ..lamps.lamp_group import (
+    LAMP_OUTPUTS,
+    SHAPE,
+    Light,
+    WholeLamp,
+    lamp_and_point,
+    lamp_and_point_from,
+    light_from,
+    light_of,
+    packed_lamp,
+    spectrum_of_lamp,
+)
 from ..nodes.builder import Operand, Tree, Value, shared_group
 from ..nodes.interface import Socket
 
-# A light's direction, its irradiance, three numbers, and its row.
-_Pack = tuple[Value, Value, Value, Operand]
-_PACK = (
-    *(Socket(name, "Vector", "Of the lamp") for name in ("Direction", "Irradiance", "Numbers")),
-    Socket("Spectrum", "Float", "Of the lamp"),
-)
+# A packed lamp's vectors, its fourth numbers with its row, and its p.
+_VECTORS = tuple(Socket(name, "Vector", "Of the lamp") for name in ("Place", "Power", "Z", "X", "Numbers", "Others"))
+_PACK = (*_VECTORS, Socket("Likely", "Float", "Of the lamp"))
 _FIRST, _SECOND = (tuple(replace(each, name=f"{which} {each.name}") for each in _PACK) for which in ("First", "Second"))
 _SHARE = Socket("Share", "Float", "0: the first lamp; 1: the second one")
 
@@ -33,28 +41,54 @@ _SHARE = Socket("Share", "Float", "0: the first lamp; 1: the second one")
 ALL_UP_TO = 3
 # Each lamp's p is smaller by this share than it would be as the lamp before. So no two equal lamps are the strongest.
 _APART = 2.0**-20
-# Distinguishes the random number from those of the random order (lobes/lobes_group.py).
-_SEED = 2.0
+# Distinguishes the random number of the choice from those of the random order (lobes/lobes_group.py), and those of the
+# two chosen lamps' points.
+_SEED = 4.0
+# What this multiplies adds nothing to a float. It sets the order in which Blender computes: it begins with the last
+# input of a node, and needs all inputs first.
+_NOTHING = 1e-30
 
 
-def two_answers(tree: Tree, lights: Sequence[Light], likely: Sequence[Value]) -> list[Light]:
-    """The strongest light and one drawn of the others, whose irradiance is over its probability.
+@dataclass(frozen=True)
+class Candidate:
+    """A light among which is chosen.
 
-    `likely` has each light's p, at least 0. Lights without shadows have a distance of 0."""
+    packed  the vector and the fourth number of each property (lamps/lamp_drivers.py)
+    light   at the shaded point; a WholeLamp if it may be an area lamp"""
+
+    packed: Sequence[Operand]
+    light: Light
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """A chosen light: packed, with its row (0: white) and what its irradiance is multiplied by."""
+
+    packed: list[Operand]
+    row: Value
+    factor: Value | float
+
+
+def lamp_candidate(tree: Tree, index: int, linked: bool, *, is_area: bool, coloured: bool) -> Candidate:
+    """Add nodes for the scene's lamp `index`. See lamp_for_table."""
+    packed, label = packed_lamp(tree, index, linked), f"Lamp {index}"
+    light: Light
+    if is_area:
+        light, _ = lamp_and_point_from(tree, packed, seed=0.0, label=label)
+    else:
+        light = light_from(tree, packed, label=label)
+    return Candidate(packed, replace(light, spectrum=spectrum_of_lamp(tree, index, coloured)))
+
+
+def two_answers(tree: Tree, candidates: Sequence[Candidate], likely: Sequence[Value]) -> list[Chosen]:
+    """The strongest light and one drawn of the others, whose factor is 1 over its probability.
+
+    `likely` has each light's p, at least 0."""
     likely = [each * (1.0 - index * _APART) for index, each in enumerate(likely)]
     most = likely[0]
     for each in likely[1:]:
         most = tree.maximum(most, each)
-    packs: list[_Pack] = [
-        (
-            light.direction,
-            light.irradiance,
-            tree.vector(light.variance, light.casts_shadow * light.distance, each),
-            0.0 if light.spectrum is None else light.spectrum,
-        )
-        for light, each in zip(lights, likely, strict=True)
-    ]
-    coloured = any(light.spectrum is not None for light in lights)
+    packs = [_packed(tree, candidate, p) for candidate, p in zip(candidates, likely, strict=True)]
     weaker = [tree.math("LESS_THAN", each, most) for each in likely]
     strongest = packs[0]
     for pack, is_weaker in zip(packs[1:], weaker[1:], strict=True):
@@ -69,20 +103,58 @@ def two_answers(tree: Tree, lights: Sequence[Light], likely: Sequence[Value]) ->
     for pack, end in zip(packs[-2::-1], below[-2::-1], strict=True):
         here = tree.math("LESS_THAN", at, end)
         drawn = _either(tree, here, drawn, pack)
-    chosen, p = _unpacked(tree, drawn, coloured=coloured)
-    return [
-        _unpacked(tree, strongest, coloured=coloured)[0],
-        replace(chosen, irradiance=chosen.irradiance * tree.math("DIVIDE", below[-1], p)),
-    ]
+    first, _ = _unpacked(tree, strongest)
+    second, p = _unpacked(tree, drawn)
+    return [first, replace(second, factor=tree.math("DIVIDE", below[-1], p))]
 
 
-def _either(tree: Tree, share: Value, first: _Pack, second: _Pack) -> _Pack:
+def after(p: Value, rests: Sequence[Value]) -> list[Value]:
+    """What is left for closures after a lamp, so that nothing of the lamp is needed once the first is known."""
+    first, *others = rests
+    for each in (*others, p):
+        first = each.times_plus(_NOTHING, first)
+    return [first, *others]
+
+
+def all_after(chances: Sequence[Value], rests: Sequence[Value]) -> list[Value]:
+    """The p of all lamps, known only after what is left for closures."""
+    if not rests:
+        return list(chances)
+    nothing = rests[0] * _NOTHING
+    return [p + nothing for p in chances]
+
+
+def chosen_light(tree: Tree, chosen: Chosen, *, areas: bool, coloured: bool, seed: float) -> Light:
+    """Add nodes for the light of a chosen lamp as the table shows it. `areas`: a sample takes a random point of an area
+    lamp. `coloured`: it may be of another spectrum than white."""
+    if areas:
+        light = _of_table(tree, *lamp_and_point_from(tree, chosen.packed, seed=seed, label="Chosen Lamp"))
+    else:
+        light = light_from(tree, chosen.packed, label="Chosen Lamp")
+    return replace(light, irradiance=light.irradiance * chosen.factor, spectrum=chosen.row if coloured else None)
+
+
+def _packed(tree: Tree, candidate: Candidate, p: Value) -> tuple[Operand, ...]:
+    place, disc, power, scales, z, outer, x, inner = candidate.packed
+    row = candidate.light.spectrum
+    others = tree.vector(inner, 0.0 if row is None else row, 0.0)
+    return place, power, z, x, tree.vector(disc, scales, outer), others, p
+
+
+def _unpacked(tree: Tree, pack: tuple[Operand, ...]) -> tuple[Chosen, Operand]:
+    """The light in a pack, and its p."""
+    place, power, z, x, *others, p = pack
+    split = (tree.node("ShaderNodeSeparateXYZ", each).outputs for each in others)
+    disc, scales, outer, inner, row, _ = (tree.value(socket) for sockets in split for socket in sockets)
+    return Chosen([place, disc, power, scales, z, outer, x, inner], row, 1.0), p
+
+
+def _either(tree: Tree, share: Value, first: tuple[Operand, ...], second: tuple[Operand, ...]) -> tuple[Value, ...]:
     """The first pack if the share is 0, the second if it is 1."""
     given: dict[str, Operand] = {_SHARE.name: share}
     given |= {each.name: value for each, value in zip((*_FIRST, *_SECOND), (*first, *second), strict=True)}
     outputs = tree.group(either_group(), given)
-    direction, irradiance, numbers, spectrum = (outputs[each.name] for each in _PACK)
-    return direction, irradiance, numbers, spectrum
+    return tuple(outputs[each.name] for each in _PACK)
 
 
 def either_group() -> bpy.types.NodeTree:
@@ -95,17 +167,8 @@ def _add_either(tree: Tree) -> None:
     share, *packs = tree.inputs().values()
     *firsts, first = packs[: len(_PACK)]
     *seconds, second = packs[len(_PACK) :]
-    chosen = (tree.blend(share, a, b) for a, b in zip(firsts, seconds, strict=True))
-    tree.output(*chosen, tree.mix(share, first, second))
-
-
-def _unpacked(tree: Tree, pack: _Pack, *, coloured: bool) -> tuple[Light, Value]:
-    """The light in a pack, with its row if any is `coloured`, and its p."""
-    direction, irradiance, numbers, spectrum = pack
-    variance, distance, likely = (tree.value(socket) for socket in tree.node("ShaderNodeSeparateXYZ", numbers).outputs)
-    casts_shadow = tree.math("GREATER_THAN", distance, 0.0)
-    row = spectrum if coloured and isinstance(spectrum, Value) else None
-    return Light(direction, irradiance, variance, distance, casts_shadow, spectrum=row), likely
+    vectors = (tree.blend(share, a, b) for a, b in zip(firsts, seconds, strict=True))
+    tree.output(*vectors, tree.mix(share, first, second))
 
 
 # 1 - cos of the angle from a lamp's centre to the rim of its cone, over the variance of its disc.
@@ -129,9 +192,14 @@ def lamp_for_table(tree: Tree, index: int, linked: bool, *, is_area: bool, colou
         light = light_of(tree, index, linked, coloured=coloured)
         return light, light
     lamp, point = lamp_and_point(tree, index, linked, coloured=coloured)
+    return lamp, _of_table(tree, lamp, point)
+
+
+def _of_table(tree: Tree, lamp: WholeLamp, point: Light) -> Light:
+    """The light of a point of a lamp, as the table shows it."""
     # The point has a small variance, for which table_share gives 1.
     shown = (table_share(tree, lamp) - 1.0) * lamp.is_area + 1.0
-    return lamp, replace(point, irradiance=point.irradiance * shown)
+    return replace(point, irradiance=point.irradiance * shown)
 
 
 def table_share(tree: Tree, light: Light) -> Value:
@@ -146,19 +214,16 @@ def table_share(tree: Tree, light: Light) -> Value:
     return tree.value(node.outputs["Result"])
 
 
-def left_by_table(tree: Tree, lights: Iterable[tuple[Light, Value | float]], direction: Value) -> Value | float:
-    """The share of the light from a direction that is left for a closure: 1 minus the share of a lamp there that the
-    table shows. A lamp with a share of 1 that the table does not show has no light at all."""
-    left: Value | float = 1.0
-    for light, share in lights:
-        given: dict[str, Operand] = {_DIRECTION.name: direction}
-        held = light.direction, light.irradiance, light.variance, share
-        given |= {socket.name: value for socket, value in zip(_LIGHT, held, strict=True)}
-        if isinstance(light, WholeLamp):
-            shape = light.is_area, light.is_round, light.away, *light.axes
-            given |= {socket.name: value for socket, value in zip(SHAPE, shape, strict=True)}
-        left = left * tree.group(left_group(), given)[_LEFT.name]
-    return left
+def left_by_table(tree: Tree, light: Light, share: Value | float, direction: Value) -> Value:
+    """The share of the light from a direction that a lamp leaves for a closure: 1 minus its share that the table shows
+    if the lamp is there. A lamp with a share of 1 that the table does not show has no light at all."""
+    given: dict[str, Operand] = {_DIRECTION.name: direction}
+    held = light.direction, light.irradiance, light.variance, share
+    given |= {socket.name: value for socket, value in zip(_LIGHT, held, strict=True)}
+    if isinstance(light, WholeLamp):
+        shape = light.is_area, light.is_round, light.away, *light.axes
+        given |= {socket.name: value for socket, value in zip(SHAPE, shape, strict=True)}
+    return tree.group(left_group(), given)[_LEFT.name]
 
 
 def left_group() -> bpy.types.NodeTree:

@@ -16,7 +16,7 @@ where its one direction leads to a followed lamp or source. A lamp's cone has a 
 its disc: the corner of a square lamp, and 1.22 radii of a round one. The table and the closure share wide lamps. The
 closure is also black where its direction leads to a lamp that the artist leaves out, however wide."""
 
-from itertools import pairwise, zip_longest
+from itertools import chain, pairwise, zip_longest
 
 import bpy
 
@@ -48,8 +48,13 @@ from .group_properties import (
 )
 from .lamp_choice import (
     ALL_UP_TO,
+    Candidate,
+    after,
+    all_after,
+    chosen_light,
     either_group,
     is_lit,
+    lamp_candidate,
     lamp_for_table,
     left_by_table,
     left_group,
@@ -269,22 +274,8 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
         asked_of_world[SPECTRUM] = read_number(tree, REST_SPECTRUM)
     worlds = [response.to_world(tree, asked_of_world, number=k) for k, (response, _) in reliefs]
     zero_order = float(lights == LAMPS_ONLY)
-    whole: list[Light] = []
-    left_out: list[Light] = []
-    if lights == REST:
-        pairs = [
-            lamp_for_table(tree, k, linked, is_area=k in areas_in(group), coloured=k in coloured)
-            for k, linked in enumerate(lamps)
-        ]
-        found = (source_light(tree, index, coloured=of_world) for index in range(sources))
-        pairs += [(source, source) for source in found]
-        whole, lit_by = ([pair[which] for pair in pairs] for which in range(2))
-        left_out = [light_of(tree, LAMPS_MAX + index, False) for index in range(left_out_in(group))]
-    else:
-        lit_by = [light_of(tree, index, linked, coloured=index in coloured) for index, linked in enumerate(lamps)]
-    shares = [table_share(tree, light) for light in lit_by] if lights == REST else []
-    not_for_closures: list[tuple[Light, Value | float]] = [(light, table_share(tree, light)) for light in whole]
-    not_for_closures += [(light, 1.0) for light in left_out]
+    areas_of_lamps = areas_in(group) if lights == REST else set()
+    of_sources = [source_light(tree, k, coloured=of_world) for k in range(sources)] if lights == REST else []
 
     def asked_of(light: Light) -> dict[Socket, Operand]:
         asked: dict[Socket, Operand] = {NORMAL: n, TANGENT: t, ZERO_ORDER: zero_order, **to_lamps}
@@ -298,10 +289,48 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
         total = sum((part if area is None else part * area for part, area in parts), 0.0)
         return total * (sent if share is None else sent * share)
 
-    drawn = len(lit_by) > ALL_UP_TO and not answers_every_lamp(group)
+    rests = [strength * (1.0 - unseen)] * len(worlds) if lights == REST else []
+
+    def without(light: Light, share: Value | float) -> list[Value]:
+        """For each response, what is left for its closure if the table shows a share of a light too."""
+        directions = (world.direction for world in worlds if world is not None)
+        pairs = zip(directions, rests, strict=True)
+        return [left_by_table(tree, light, share, direction) * rest for direction, rest in pairs]
+
+    drawn = len(lamps) + len(of_sources) > ALL_UP_TO and not answers_every_lamp(group)
     if drawn and all(response.tells_likely for response in responses):
-        lit_by = two_answers(tree, lit_by, [likely(*each) for each in zip_longest(lit_by, shares)])
-        shares = [table_share(tree, light) for light in lit_by] if shares else []
+        of_lamps = (
+            lamp_candidate(tree, k, linked, is_area=k in areas_of_lamps, coloured=k in coloured)
+            for k, linked in enumerate(lamps)
+        )
+        sources_too = (Candidate(packed, light) for light, packed in of_sources)
+        candidates: list[Candidate] = []
+        chances: list[Value] = []
+        for candidate in chain(of_lamps, sources_too):  # one by one: see lamp_choice.py
+            share = table_share(tree, candidate.light) if lights == REST else None
+            chance = likely(candidate.light, share)
+            if share is not None:
+                rests = after(chance, without(candidate.light, share))
+            candidates.append(candidate)
+            chances.append(chance)
+        chances = all_after(chances, rests)
+        is_coloured = any(candidate.light.spectrum is not None for candidate in candidates)
+        lit_by = [
+            chosen_light(tree, chosen, areas=bool(areas_of_lamps), coloured=is_coloured, seed=2.0 + which)
+            for which, chosen in enumerate(two_answers(tree, candidates, chances))
+        ]
+    else:
+        pairs = [
+            lamp_for_table(tree, k, linked, is_area=k in areas_of_lamps, coloured=k in coloured)
+            for k, linked in enumerate(lamps)
+        ]
+        pairs += [(light, light) for light, _ in of_sources]
+        lit_by = [shown for _, shown in pairs]
+        for light, _ in pairs if lights == REST else ():
+            rests = without(light, table_share(tree, light))
+    for index in range(left_out_in(group)) if lights == REST else ():
+        rests = without(light_of(tree, LAMPS_MAX + index, False), 1.0)
+    shares = [table_share(tree, light) for light in lit_by] if lights == REST else []
     coat: Shown | None = None
     for light, share in zip_longest(lit_by, shares):
         lit = is_lit(tree, light, n=n, cos_r=cos_r, unseen=unseen)
@@ -317,12 +346,9 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
         coat = answer.dimmed(lit if share is None else lit * share).added_to(coat)
     assert coat is not None  # there is at least one lamp input
     shader = coat.shader if lights != ALL else None
-    for world, (_, (response, area)) in zip(worlds, reliefs, strict=True) if lights != LAMPS_ONLY else ():
+    for world, rest, (_, (response, area)) in zip_longest(worlds, rests, reliefs) if lights != LAMPS_ONLY else ():
         assert world is not None  # otherwise lights is LAMPS_ONLY
-        rest = strength
-        if lights == REST:
-            rest = strength * (1.0 - unseen) * left_by_table(tree, not_for_closures, world.direction)
-        closures = world.closures(n, strength, rest)
+        closures = world.closures(n, strength, strength if rest is None else rest)
         if (plate := plate_of(response.group)).present:
             closures = tree.add_shader(closures, plate.face(tree, n, covered))
         shader = tree.add_shader(shader, closures if area is None else tree.mix_shader(area, None, closures))

@@ -69,7 +69,8 @@ def _sphinx(environment: Environment, builder: str, folder: Path) -> list[str]:
     _write_commands(pages / "commands.md")
     command = [environment.python, "-m", "sphinx", "--quiet", "--no-color", "--builder", builder]
     command += ["--doctree-dir", folder.with_suffix(".doctrees"), pages, folder]
-    answer = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, env=clean_environment())
+    # Sphinx ends at once if the machine lacks the user's locale.
+    answer = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, env=clean_environment(LC_ALL="C.UTF-8"))
     warnings = answer.stderr.replace(f"{pages}/", "docs/").strip().splitlines()
     if answer.returncode > 1 or answer.returncode and not warnings:
         raise DevError(f"Sphinx, {builder}: {' | '.join(warnings[-3:])}")

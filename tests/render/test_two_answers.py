@@ -65,3 +65,35 @@ def test_suns_in_one_place_are_as_bright_as_their_sum(shown, engine):
     """Equal lamps are equally likely. One of them alone may be the strongest, and whichever is drawn stands for all."""
     place = [(0.1, 0.3, 1.0)] * 5
     agree(*(shown(engine, place, every=each, same=True) for each in (False, True)))
+
+
+@pytest.fixture
+def boxes(stage, baked):
+    """boxes(count, samples) -> a plane under soft boxes around it that share one light, by the table and closures."""
+
+    def render(count, samples):
+        add_plane()
+        add_camera(stage)
+        for index in range(count):
+            x, y, z = AROUND[index % 4]
+            name, energy = f"Box {index}", 40.0 / count
+            stage.lamp("AREA", (2 * x, 2 * y, 2 * z), to=(x, y, z), name=name, energy=energy, size=0.2)
+        add_grating(stage, baked[0])
+        assert bpy.ops.grating.lights(lights="REST") == {"FINISHED"}
+        assert bpy.ops.grating.assign() == {"FINISHED"}
+        picture = stage.rgb("cycles", PIXELS, samples)
+        clear(stage.addon, stage.scene)
+        return picture
+
+    return render
+
+
+@pytest.mark.short("12")
+@pytest.mark.parametrize("count", [12, "all"])
+def test_many_soft_boxes_leave_a_material_room_in_cycles(boxes, stage, count):
+    """They are as bright as four that have their light. A shader with more numbers than Cycles holds would be black."""
+    count = stage.addon.find.FOLLOWED_MAX if count == "all" else count
+    many, few = (boxes(each, SAMPLES) for each in (count, 4))
+    # Five standard errors of a mean over independent pixels.
+    assert abs((many - few).mean()) < 5 * (many - few).std() / PIXELS
+    assert (many - few).std() < few.mean()

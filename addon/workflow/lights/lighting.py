@@ -12,8 +12,8 @@ from ...blender.session import has_window
 from ...lamps.find import (
     AUTO,
     COUNTS,
+    FOLLOWED_MAX,
     KEPT,
-    LAMPS_MAX,
     LEFT_OUT,
     brightest,
     instanced_lamps,
@@ -39,7 +39,7 @@ _SUN_STRENGTH, _SUN_TURN = 3.0, (radians(40), 0.0, radians(30))
 
 
 def update_lamps(scene: bpy.types.Scene, *, exactly: bool = True, in_viewport: bool = False) -> None:
-    """Follow the scene's present lamps, the brightest LAMPS_MAX of them, and give Diffraction groups enough lamps.
+    """Follow the scene's present lamps, the brightest FOLLOWED_MAX of them, and give Diffraction groups enough lamps.
 
     `exactly`: also remove lamps that are not needed (skin.show_lamps). `in_viewport`: lamps hidden there are dark."""
     lamps = follow_lamps(scene, in_viewport=in_viewport, lit=lit_boxes)
@@ -113,13 +113,13 @@ def count_lamp(scene: bpy.types.Scene, name: str, active: bpy.types.Object | Non
     if lamp in counted_lamps(scene):
         setattr(lamp, COUNTS, LEFT_OUT)
         done = "left out of the diffraction"
-    elif sum(map(is_kept, lamps_of(scene))) < LAMPS_MAX:
+    elif sum(map(is_kept, lamps_of(scene))) < FOLLOWED_MAX:
         setattr(lamp, COUNTS, AUTO)
         if lamp not in brightest(scene, followed=followed_lamps(scene), lit=lit_boxes):
             setattr(lamp, COUNTS, KEPT)
         done = "lights the diffraction"
     else:
-        raise GratingError(lamp.name, f"{LAMPS_MAX} other lamps are kept in", "leave one of them out first")
+        raise GratingError(lamp.name, f"{FOLLOWED_MAX} other lamps are kept in", "leave one of them out first")
     lamp.update_tag()
     if diffraction_groups():
         update_lamps(scene, in_viewport=has_window())

@@ -29,6 +29,7 @@ def test_the_disc_is_of_the_presets_matter():
     assert scenes.SCENES["cd"].matter == str(read_preset("cd").request.matter)
 
 
+@pytest.mark.short("disc")
 @pytest.mark.parametrize(
     ("name", "things"),
     [("disc", ["CD", "Lying CD"]), ("bottle", ["Sticker", "Sticker.001"]), ("beetle", ["Pronotum", "Wing Case Left"])],
