@@ -214,7 +214,7 @@ def table_share(tree: Tree, light: Light) -> Value:
     return tree.value(node.outputs["Result"])
 
 
-def left_by_table(tree: Tree, light: Light, share: Value | float, direction: Value) -> Value:
+def left_by_table(tree: Tree, light: Light, share: Value | float, *, direction: Value) -> Value:
     """The share of the light from a direction that a lamp leaves for a closure: 1 minus its share that the table shows
     if the lamp is there. A lamp with a share of 1 that the table does not show has no light at all."""
     given: dict[str, Operand] = {_DIRECTION.name: direction}

@@ -295,7 +295,7 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
         """For each response, what is left for its closure if the table shows a share of a light too."""
         directions = (world.direction for world in worlds if world is not None)
         pairs = zip(directions, rests, strict=True)
-        return [left_by_table(tree, light, share, direction) * rest for direction, rest in pairs]
+        return [left_by_table(tree, light, share, direction=direction) * rest for direction, rest in pairs]
 
     drawn = len(lamps) + len(of_sources) > ALL_UP_TO and not answers_every_lamp(group)
     if drawn and all(response.tells_likely for response in responses):
