@@ -262,27 +262,10 @@ class WholeLamp(Light):
         return tree.math("LESS_THAN", least, 1.0) * tree.math("GREATER_THAN", along, 0.0)
 
 
-def lamp_and_point(tree: Tree, index: int, linked: bool, *, coloured: bool = False) -> tuple[WholeLamp, Light]:
-    """Add nodes for the scene's lamp `index`: the whole lamp, and the light that a sample takes from it. `linked`:
-    apply light linking. `coloured`: see light_of."""
-    outputs = group_of_lamp(tree, lamp_and_point_group(), index)
-    tree.feed(outputs[_POINT[0].name].socket.node.inputs[_SEED.name], index + 1.0)
-    lamp, point = _lamp_and_point(outputs)
-    if linked:
-        shown = 1.0 - read_unlinked(tree, index)
-        lamp = replace(lamp, irradiance=lamp.irradiance * shown)
-        point = replace(point, irradiance=point.irradiance * shown)
-    return lamp, replace(point, spectrum=spectrum_of_lamp(tree, index, coloured))
-
-
-def lamp_and_point_from(tree: Tree, packed: Sequence[Operand], *, seed: float, label: str) -> tuple[WholeLamp, Light]:
+def lamp_and_point(tree: Tree, packed: Sequence[Operand], *, seed: float, label: str) -> tuple[WholeLamp, Light]:
     """Add nodes for a packed lamp (lamp_drivers.py): the whole lamp, and the light that a sample takes from it."""
     given = {socket.name: value for socket, value in zip((*LAMP_INPUTS, _SEED), (*packed, seed), strict=True)}
-    return _lamp_and_point(tree.group(lamp_and_point_group(), given, label=label))
-
-
-def _lamp_and_point(outputs: Mapping[str, Value]) -> tuple[WholeLamp, Light]:
-    """The whole lamp and the point, from the outputs of their group."""
+    outputs = tree.group(lamp_and_point_group(), given, label=label)
     light, point = (Light(*(outputs[socket.name] for socket in sockets)) for sockets in (LAMP_OUTPUTS, _POINT))
     is_area, is_round, away, *axes = (outputs[socket.name] for socket in SHAPE)
     held = light.direction, light.irradiance, light.variance, light.distance, light.casts_shadow

@@ -22,7 +22,6 @@ from ..lamps.lamp_group import (
     Light,
     WholeLamp,
     lamp_and_point,
-    lamp_and_point_from,
     light_from,
     light_of,
     packed_lamp,
@@ -74,7 +73,7 @@ def lamp_candidate(tree: Tree, index: int, linked: bool, *, is_area: bool, colou
     packed, label = packed_lamp(tree, index, linked), f"Lamp {index}"
     light: Light
     if is_area:
-        light, _ = lamp_and_point_from(tree, packed, seed=0.0, label=label)
+        light, _ = lamp_and_point(tree, packed, seed=0.0, label=label)
     else:
         light = light_from(tree, packed, label=label)
     return Candidate(packed, replace(light, spectrum=spectrum_of_lamp(tree, index, coloured)))
@@ -128,7 +127,7 @@ def chosen_light(tree: Tree, chosen: Chosen, *, areas: bool, coloured: bool, see
     """Add nodes for the light of a chosen lamp as the table shows it. `areas`: a sample takes a random point of an area
     lamp. `coloured`: it may be of another spectrum than white."""
     if areas:
-        light = _of_table(tree, *lamp_and_point_from(tree, chosen.packed, seed=seed, label="Chosen Lamp"))
+        light = _of_table(tree, *lamp_and_point(tree, chosen.packed, seed=seed, label="Chosen Lamp"))
     else:
         light = light_from(tree, chosen.packed, label="Chosen Lamp")
     return replace(light, irradiance=light.irradiance * chosen.factor, spectrum=chosen.row if coloured else None)
@@ -191,8 +190,9 @@ def lamp_for_table(tree: Tree, index: int, linked: bool, *, is_area: bool, colou
     if not is_area:
         light = light_of(tree, index, linked, coloured=coloured)
         return light, light
-    lamp, point = lamp_and_point(tree, index, linked, coloured=coloured)
-    return lamp, _of_table(tree, lamp, point)
+    packed = packed_lamp(tree, index, linked)
+    lamp, point = lamp_and_point(tree, packed, seed=index + 1.0, label=f"Lamp {index}")
+    return lamp, _of_table(tree, lamp, replace(point, spectrum=spectrum_of_lamp(tree, index, coloured)))
 
 
 def _of_table(tree: Tree, lamp: WholeLamp, point: Light) -> Light:
