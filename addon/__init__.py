@@ -7,7 +7,7 @@ Enabling the extension loads only what registration needs. Operators and command
 import bpy
 
 from .gratings import bakes, grating, levelling_steps, material_look, replaced_material
-from .lamps import find, lamp_spectrum, light_rig
+from .lamps import brightest_lamps, lamp_spectrum, light_rig
 from .materials import exporting
 from .operators import (
     add_grating,
@@ -131,7 +131,7 @@ def register() -> None:
         bpy.utils.register_class(cls)
     bpy.types.Scene.natural_gratings = bpy.props.PointerProperty(type=grating.SceneGratings)  # type: ignore[func-returns-value]  # the stubs say it returns None
     setattr(bpy.types.Object, replaced_material.REPLACED, replaced_material.replaced_field())
-    setattr(bpy.types.Object, find.COUNTS, find.counts_field())
+    setattr(bpy.types.Object, brightest_lamps.COUNTS, brightest_lamps.counts_field())
     for kind in (bpy.types.Object, bpy.types.Collection):
         setattr(kind, light_rig.RIG, light_rig.rig_field())
     setattr(bpy.types.Light, lamp_spectrum.FIELD, lamp_spectrum.spectrum_field())
@@ -172,7 +172,7 @@ def unregister() -> None:
     delattr(bpy.types.Light, lamp_spectrum.FIELD)
     for kind in (bpy.types.Object, bpy.types.Collection):
         delattr(kind, light_rig.RIG)
-    delattr(bpy.types.Object, find.COUNTS)
+    delattr(bpy.types.Object, brightest_lamps.COUNTS)
     delattr(bpy.types.Object, replaced_material.REPLACED)
     delattr(bpy.types.WindowManager, folds.FOLDS)
     delattr(bpy.types.WindowManager, preset_pictures.CHOSEN)

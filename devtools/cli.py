@@ -196,16 +196,23 @@ def run_blender(options: argparse.Namespace, arguments: list[str]) -> NoReturn:
 
 def take_walk(options: argparse.Namespace, arguments: list[str]) -> int:
     parser = verb_parser("walk", "Presses the panel's buttons in a Blender with a window and takes pictures of it.")
-    parser.add_argument("--output", type=Path, help="default: dist/walk; for --screens docs/images/screens")
-    parser.add_argument("--first-hour", action="store_true", help="an artist's first hour with the installed package")
-    parser.add_argument("--screens", action="store_true", help="the pages' pictures of the panel")
+    parser.add_argument("--output", type=Path, help="default: dist/walk; of the pages' pictures, the pages' folder")
+    kinds = parser.add_mutually_exclusive_group()
+    kinds.add_argument("--first-hour", action="store_true", help="an artist's first hour with the installed package")
+    kinds.add_argument("--screens", action="store_true", help="the pages' pictures of the panel")
+    kinds.add_argument("--film", action="store_true", help="the pages' film of Show Me")
     own = parser.parse_args(arguments)
     binary = blender.require_binary(options.blender) if options.blender else blender.find_binary()
     if binary is None:
         raise DevError("no Blender with a window; remedy: ./dev blender-setup on Debian, or --blender PATH")
-    take = walk.screens if own.screens else walk.first_hour if own.first_hour else walk.walk
-    output = own.output or ROOT / ("docs/images/screens" if own.screens else "dist/walk")
-    for picture in take(binary, output.absolute()):
+    take, output = walk.walk, ROOT / "dist" / "walk"
+    if own.first_hour:
+        take = walk.first_hour
+    elif own.screens:
+        take, output = walk.screens, ROOT / "docs" / "images" / "screens"
+    elif own.film:
+        take, output = walk.film, ROOT / "docs" / "images"
+    for picture in take(binary, (own.output or output).absolute()):
         print(picture)
     return 0
 

@@ -54,7 +54,7 @@ def unpack_extension(package: Path, user_folder: Path) -> Path:
 
 
 class AddonModules:
-    """The modules of an enabled extension's add-on as attributes, each by its file's name: `find` is lamps/find.py."""
+    """The modules of an enabled extension's add-on as attributes, each by its file's name: `sky` is lamps/sky.py."""
 
     def __init__(self, extension_name: str) -> None:
         self.package = importlib.import_module(f"{extension_name}.addon")

@@ -15,6 +15,7 @@ from xml.etree import ElementTree
 from . import ENVIRONMENTS, ROOT
 from .changed import affected_tests, changed_files
 from .environments import BPY45, BPY52, BPY53, Environment
+from .packages import make_drafts
 from .steps import project_environment, run_together, running, say
 
 NO_TESTS_COLLECTED = 5
@@ -211,6 +212,8 @@ def run(environments: Sequence[Environment], arguments: Sequence[str], blender: 
         )
         for name, environment, targets in wanted
     ]  # fmt: skip
+    if not paths and BPY45 in environments:
+        make_drafts(BPY45)  # else tests of every suite bake them
     results = run_together(suites, workers=2)
     print_summary(results)
     if not results:

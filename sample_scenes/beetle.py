@@ -10,8 +10,7 @@ import numpy as np
 from precompute.mesh.shapes import of_grid
 
 from .noise import value_noise
-from .snake import plain_material
-from .stage import add_object, new_mesh
+from .stage import add_object, new_mesh, plain_material
 
 _MIDDLE_MM = 4.2
 _ROWS, _PITS, _RIDGE_MM, _PIT_MM, _SEAM_MM = 9, 40, 0.10, 0.09, 0.28

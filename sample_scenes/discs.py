@@ -20,8 +20,7 @@ if not __package__:  # `blender --python` runs this file as a script
 from precompute.cli.parser import OneLineParser
 from precompute.mesh.shapes import CLEAR_M, HOLE_M, RIM_M, WRITTEN_M, ring
 
-from .snake import plain_material
-from .stage import add_object, clean_scene, new_mesh
+from .stage import add_object, clean_scene, new_mesh, plain_material
 from .studio import Towards, add_camera, add_floor, add_key, add_softbox, settings, wrap_in_dusk
 
 THICKNESS_M = 0.0012

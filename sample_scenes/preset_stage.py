@@ -22,8 +22,7 @@ from precompute.cli.parser import OneLineParser
 from precompute.mesh.shapes import BALL_RADIUS_M, RIM_M, Shape, ball, bent_sheet
 
 from .discs import add_disc
-from .snake import plain_material
-from .stage import add_object, clean_scene, new_mesh
+from .stage import add_object, clean_scene, new_mesh, plain_material
 from .studio import Towards, add_camera, add_floor, add_key, add_softbox, settings, wrap_in_dusk
 
 NAME = "Preset"

@@ -26,8 +26,7 @@ from precompute.mesh.shapes import RIM_M
 from .beetle import add_beetle
 from .discs import add_disc, add_ring
 from .sets import add_turned, thin_glass
-from .snake import plain_material
-from .stage import add_object, add_surface, clean_scene
+from .stage import add_object, add_surface, clean_scene, plain_material
 from .studio import Towards, add_camera, face, settings, wrap_in_dusk
 
 # The sweep: a table that bends up into a wall. Its width, its depth before and behind the product, and its radius.

@@ -11,9 +11,8 @@ import bpy
 import numpy as np
 
 from .noise import cracks, fractal_noise, value_noise
-from .snake import plain_material
 from .soil import add_soil
-from .stage import add_plane, add_surface, paint
+from .stage import add_plane, add_surface, paint, plain_material
 
 _BARK_COLOURS = (
     (0.018, 0.008, 0.0045), (0.24, 0.14, 0.066), (0.34, 0.22, 0.115), (0.25, 0.2, 0.14), (0.2, 0.1, 0.042),

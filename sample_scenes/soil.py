@@ -14,8 +14,7 @@ from mathutils import Vector
 from mathutils.bvhtree import BVHTree
 
 from .noise import fractal_noise, value_noise
-from .snake import plain_material
-from .stage import add_object, add_plane, add_surface
+from .stage import add_object, add_plane, add_surface, plain_material
 
 CELL_M = 0.001
 # The soil's mean height over the floor z = 0, on which bodies lie: they seem sunk by as much.

@@ -1,39 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The stage on which the sample snake is rendered: dark ground, one sun or a clear sky, camera.
-
-python -m sample_scenes.stage --output snake.blend [--sun-azimuth-deg 52 --sun-elevation-deg 30] [--sky]
-blender --background --python sample_scenes/stage.py -- --output snake.blend"""
+"""What the scenes are made of: an empty scene, objects, plain materials, worlds and the settings of Cycles."""
 
 from __future__ import annotations
 
-import sys
-from math import cos, radians, sin
-from pathlib import Path
+from math import radians
 
 import bpy
 import numpy as np
-from mathutils import Vector
 
-if not __package__:  # `blender --python` runs this file as a script
-    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-    __package__ = "sample_scenes"
-from precompute.cli.arguments import number
-from precompute.cli.parser import OneLineParser
 from precompute.mesh.shapes import Shape
 
-from .snake import build_snake, plain_material
-
-# Sun and camera almost face each other across the snake's long straight runs. On most runs the first order of a grating
-# of 1144 nm along the body meets the camera. From azimuth 52 the colours run in the other direction.
-SUN_AZIMUTH_DEG = 128.0
-SUN_ELEVATION_DEG = 30.0
-SUN_STRENGTH = 12.0
-SUN_ANGLE_DEG = 0.53
-# Relative to the Sky Texture's own radiance: the ground is as bright as under the lamp.
+# Relative to the Sky Texture's own radiance.
 SKY_STRENGTH = 0.15
-CAMERA_LOCATION_M = (-0.036, -0.80, 0.69)
-CAMERA_TARGET_M = (-0.036, -0.025, 0.02)
-CAMERA_LENS_MM = 74.0
 
 
 def clean_scene() -> None:
@@ -81,34 +59,17 @@ def new_mesh(name: str, shape: Shape) -> bpy.types.Mesh:
     return mesh
 
 
-def add_ground(scene: bpy.types.Scene, half_size_m: float = 4.0) -> bpy.types.Object:
-    """A dark, matt plane at z = 0 that fills the view."""
-    return add_plane(scene, "Ground", half_size_m, plain_material("Ground", (0.012, 0.012, 0.0125), roughness=1.0))
-
-
-def add_sun(scene: bpy.types.Scene, azimuth_deg: float, elevation_deg: float) -> bpy.types.Object:
-    """A sun lamp. Azimuth is counter-clockwise from +X seen from above, elevation is from the floor."""
-    azimuth, elevation = radians(azimuth_deg), radians(elevation_deg)
-    to_sun = Vector((cos(elevation) * cos(azimuth), cos(elevation) * sin(azimuth), sin(elevation)))
-    light = bpy.data.lights.new("Sun", "SUN")
-    light.energy = SUN_STRENGTH
-    light.angle = radians(SUN_ANGLE_DEG)
-    sun = add_object(scene, "Sun", light)
-    sun.location = to_sun
-    sun.rotation_euler = to_sun.to_track_quat("Z", "Y").to_euler()
-    return sun
-
-
-def add_camera(scene: bpy.types.Scene) -> bpy.types.Object:
-    data = bpy.data.cameras.new("Camera")
-    data.lens = CAMERA_LENS_MM
-    data.clip_start = 0.01
-    camera = add_object(scene, "Camera", data)
-    camera.location = CAMERA_LOCATION_M
-    away = Vector(CAMERA_LOCATION_M) - Vector(CAMERA_TARGET_M)
-    camera.rotation_euler = away.to_track_quat("Z", "Y").to_euler()
-    scene.camera = camera
-    return camera
+def plain_material(
+    name: str, colour: tuple[float, float, float], roughness: float, *, specular: float = 0.5
+) -> bpy.types.Material:
+    material = bpy.data.materials.new(name)
+    if bpy.app.version < (5, 0):  # always on in later versions
+        material.use_nodes = True
+    shader = material.node_tree.nodes["Principled BSDF"]
+    shader.inputs["Base Color"].default_value = (*colour, 1)
+    shader.inputs["Roughness"].default_value = roughness
+    shader.inputs["Specular IOR Level"].default_value = specular
+    return material
 
 
 def new_world(scene: bpy.types.Scene, name: str) -> bpy.types.Node:
@@ -127,15 +88,8 @@ def surround_by(scene: bpy.types.Scene, name: str, panorama: bpy.types.Image) ->
     scene.world.node_tree.links.new(texture.outputs["Color"], background.inputs["Color"])
 
 
-def dim_world(scene: bpy.types.Scene) -> None:
-    """A dim grey world that keeps the unlit skin visible."""
-    background = new_world(scene, "Dim")
-    background.inputs["Color"].default_value = (0.9, 0.95, 1.0, 1)
-    background.inputs["Strength"].default_value = 0.12
-
-
 def light_by_sky(scene: bpy.types.Scene, azimuth_deg: float, elevation_deg: float) -> None:
-    """Replace sun lamp and world by a clear sky whose sun is in the lamp's place."""
+    """A clear sky whose sun is where a lamp at this azimuth and elevation would be (studio.py)."""
     background = new_world(scene, "Sky")
     sky = scene.world.node_tree.nodes.new("ShaderNodeTexSky")
     # The azimuth of a Sky Texture's sun is clockwise from +Y.
@@ -154,38 +108,3 @@ def render_settings(scene: bpy.types.Scene) -> None:
     scene.cycles.max_bounces = 4
     # AgX would wash the spectral colours out.
     scene.view_settings.view_transform = "Standard"
-
-
-def build_stage(
-    scene: bpy.types.Scene,
-    sun_azimuth_deg: float = SUN_AZIMUTH_DEG,
-    sun_elevation_deg: float = SUN_ELEVATION_DEG,
-    *,
-    sky: bool = False,
-) -> None:
-    """Add ground, light and camera to `scene`, and set it up for Cycles on the CPU."""
-    add_ground(scene)
-    add_camera(scene)
-    if sky:
-        light_by_sky(scene, sun_azimuth_deg, sun_elevation_deg)
-    else:
-        add_sun(scene, sun_azimuth_deg, sun_elevation_deg)
-        dim_world(scene)
-    render_settings(scene)
-
-
-def main(argv: list[str]) -> None:
-    parser = OneLineParser(prog="sample_scenes.stage", description="Write the sample snake scene.")
-    parser.add_argument("--output", type=Path, required=True, metavar="FILE.blend")
-    parser.add_argument("--sun-azimuth-deg", type=number(-360, 360), default=SUN_AZIMUTH_DEG)
-    parser.add_argument("--sun-elevation-deg", type=number(-90, 90), default=SUN_ELEVATION_DEG)
-    parser.add_argument("--sky", action="store_true", help="a clear sky in place of the sun lamp")
-    args = parser.parse_args(argv)
-    clean_scene()
-    build_snake()
-    build_stage(bpy.context.scene, args.sun_azimuth_deg, args.sun_elevation_deg, sky=args.sky)
-    bpy.ops.wm.save_as_mainfile(filepath=str(args.output.resolve()))
-
-
-if __name__ == "__main__":
-    main(sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:])

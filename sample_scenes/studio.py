@@ -12,8 +12,7 @@ from math import cos, pi, radians, sin
 import bpy
 from mathutils import Vector
 
-from .snake import plain_material
-from .stage import add_object, add_plane, new_world, render_settings
+from .stage import add_object, add_plane, new_world, plain_material, render_settings
 
 # Keeps white, and the hue of saturated light: Standard would clip it, AgX would desaturate it.
 VIEW_TRANSFORM = "Khronos PBR Neutral"

@@ -21,8 +21,7 @@ if not __package__:  # `blender --python` runs this file as a script
     __package__ = "sample_scenes"
 from precompute.cli.parser import OneLineParser
 
-from .snake import plain_material
-from .stage import add_object, clean_scene, dim_world, render_settings
+from .stage import add_object, clean_scene, new_world, plain_material, render_settings
 
 # The grating is at the origin, the wall and the spot on opposite sides along y. The spot's light comes at 45 degrees,
 # so the mirror image is as high on the wall as the wall is far away.
@@ -77,8 +76,9 @@ def build_wall(scene: bpy.types.Scene) -> None:
     camera.location = CAMERA_LOCATION_M
     camera.rotation_euler = (camera.location - Vector(CAMERA_TARGET_M)).to_track_quat("Z", "Y").to_euler()
     scene.camera = camera
-    dim_world(scene)
-    scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = WORLD
+    background = new_world(scene, "Dim")
+    background.inputs["Color"].default_value = (0.9, 0.95, 1.0, 1)
+    background.inputs["Strength"].default_value = WORLD
     render_settings(scene)
 
 

@@ -21,7 +21,7 @@ from ..cameras.camera_look import Look, camera_pixels, in_frames, look_through, 
 from ..cameras.seen_surfaces import Pixels, Places, ViewPixels
 from ..gratings.bakes import noted_region
 from ..gratings.grating import LAMPS_ONLY, Grating
-from ..lamps.find import LUMINANCE, lamps_of
+from ..lamps.brightest_lamps import LUMINANCE, lamps_of
 from ..lamps.irradiance import Sent, lamps_sent, sources_sent
 from ..materials.group_properties import lights_of, traces_shadows, variation_of
 from ..materials.material import listed

@@ -16,7 +16,7 @@ from ..direction.tangents import frame_field
 from ..direction.uv_maps import has_uv_map
 from ..gratings.direction_source import AXIS, FRAME_MAP, RADIAL, DirectionSource
 from ..gratings.grating import ALL, LAMPS_ONLY, Grating
-from ..lamps.find import instanced_lamps, instances_are_not_followed, irradiances, is_left_out, lamps_of
+from ..lamps.brightest_lamps import instanced_lamps, instances_are_not_followed, irradiances, is_left_out, lamps_of
 from ..lamps.light_linking import receives
 from ..lamps.sky import source_count
 from ..materials.group_properties import frame_of, is_diffraction

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 import bpy
 
 from ..blender import stored
+from .brightest_lamps import LAMPS_MAX, LEFT_OUT_MAX, LitBoxes, brightest, lamps_left_out
 from .drivers import Drivers
-from .find import LAMPS_MAX, LEFT_OUT_MAX, LitBoxes, brightest, lamps_left_out
 from .lamp_drivers import ON, PROPERTIES, SPECTRUM, drive_properties, property_name
 from .rendered_lamps import note_shown
 
@@ -63,7 +63,7 @@ def follow_lamps(
 
     Unchanged drivers are not written. Lamps that are already followed stay before new ones, so that a change of
     strength keeps their order. With `in_viewport`, lamps hidden only in the viewport count as hidden. `lit` finds the
-    boxes that the lamps light, to choose the brightest of too many lamps (find.brightest)."""
+    boxes that the lamps light, to choose the brightest of too many lamps (brightest_lamps.brightest)."""
     followed = followed_lamps(scene)
     chosen = brightest(scene, followed=followed, lit=lit)
     before = [lamp for lamp in followed if lamp in chosen]

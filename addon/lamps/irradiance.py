@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 
 from ..blender import stored
-from .find import LUMINANCE
+from .brightest_lamps import LUMINANCE
 from .follow import followed_lamps, has_lost_lamps, lamp_count
 from .lamp_drivers import PROPERTIES, property_name
 from .light_linking import is_unlinked

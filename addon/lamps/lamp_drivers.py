@@ -32,8 +32,8 @@ from dataclasses import dataclass
 import bpy
 
 from ..nodes.builder import Tree, Value
+from .brightest_lamps import LAMPS_MAX, LEFT_OUT_MAX
 from .drivers import Drivers, Variable
-from .find import LAMPS_MAX, LEFT_OUT_MAX
 from .lamp_spectrum import is_coloured, row_expression
 from .rendered_lamps import drive_on
 

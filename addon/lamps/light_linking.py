@@ -4,7 +4,7 @@
 import bpy
 
 from ..nodes.builder import Tree, Value
-from .find import LAMPS_MAX
+from .brightest_lamps import LAMPS_MAX
 from .lamp_drivers import property_name
 
 # Custom property of an object: 1 if light linking excludes the lamp for the object.

@@ -22,8 +22,8 @@ from collections.abc import Mapping
 import bpy
 
 from ..blender import compat
+from ..lamps.brightest_lamps import DIFFRACTION_LAMP
 from ..lamps.drivers import Drivers
-from ..lamps.find import DIFFRACTION_LAMP
 from ..lamps.lamp_drivers import drive_properties
 from ..lamps.lamp_group import light_of_object
 from ..lamps.lamp_spectrum import is_coloured

@@ -10,7 +10,7 @@ import bpy
 from ..blender import stored
 from ..gratings.direction_source import DirectionSource
 from ..gratings.grating import CHOICES, LAMPS_ONLY, Variation
-from ..lamps.find import LAMPS_MAX, LEFT_OUT_MAX
+from ..lamps.brightest_lamps import LAMPS_MAX, LEFT_OUT_MAX
 from ..lamps.sky import SOURCES_MAX
 
 # LAMPS: for each lamp, whether light linking excludes it for some object. SHADOWS: whether shadow rays are traced.

@@ -16,13 +16,15 @@ where its one direction leads to a followed lamp or source. A lamp's cone has a 
 its disc: the corner of a square lamp, and 1.22 radii of a round one. The table and the closure share wide lamps. The
 closure is also black where its direction leads to a lamp that the artist leaves out, however wide."""
 
-from itertools import chain, pairwise, zip_longest
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import chain, pairwise
 
 import bpy
 
 from ..direction.tangent_frame import frame_nodes
 from ..gratings.grating import ALL, LAMPS_ONLY, REST, Variation
-from ..lamps.find import LAMPS_MAX
+from ..lamps.brightest_lamps import LAMPS_MAX
 from ..lamps.lamp_group import (
     Light,
     drive_by_scene,
@@ -238,6 +240,81 @@ AOV_NAME = "Diffraction"
 _LUMINANCE = (0.2126, 0.7152, 0.0722)
 
 
+@dataclass
+class _Lighting:
+    """The responses of a group under one light after another.
+
+    reliefs   each response with its number and its share of the surface, None for all of it
+    asked     what each response is asked about every light
+    closures  the directions of their closures, if these share the light with the table
+    rests     what is left for each closure by the lights so far"""
+
+    tree: Tree
+    reliefs: Sequence[tuple[int, tuple[Response, Value | None]]]
+    asked: dict[Socket, Operand]
+    closures: list[Value]
+    rests: list[Value]
+
+    def asked_of(self, light: Light) -> dict[Socket, Operand]:
+        of_light: dict[Socket, Operand] = {TO_LIGHT: light.direction, IRRADIANCE: light.irradiance}
+        of_light[VARIANCE] = light.variance
+        return self.asked | of_light | ({} if light.spectrum is None else {SPECTRUM: light.spectrum})
+
+    def answer(self, light: Light, strength: Value) -> Shown:
+        """What all responses show of a light."""
+        asked = self.asked_of(light)
+        answer: Shown | None = None
+        for k, (response, area) in self.reliefs:
+            shown = response.to_lamp(self.tree, asked, number=k).shown(strength)
+            answer = (shown if area is None else shown.dimmed(area)).added_to(answer)
+        assert answer is not None  # there is at least one response
+        return answer
+
+    def share_of_table(self, light: Light) -> Value | None:
+        """The table's share of a light that closures show too, else None."""
+        return table_share(self.tree, light) if self.closures else None
+
+    def likely(self, light: Light, share: Value | None) -> Value:
+        """About how much of a light, or of the table's share of it, reaches the viewer."""
+        sent = self.tree.dot(light.irradiance, _LUMINANCE)
+        asked = self.asked_of(light)
+        parts = [(response.likely(self.tree, asked, number=k), area) for k, (response, area) in self.reliefs]
+        total = sum((part if area is None else part * area for part, area in parts), 0.0)
+        return total * (sent if share is None else sent * share)
+
+    def without(self, light: Light, share: Value | float) -> list[Value]:
+        """What is left for each closure if the table shows a share of a further light."""
+        pairs = zip(self.closures, self.rests, strict=True)
+        return [left_by_table(self.tree, light, share, direction=direction) * rest for direction, rest in pairs]
+
+    def two_of(self, candidates: Iterable[Candidate], *, areas: bool) -> list[Light]:
+        """Two lights in place of all."""
+        tree, seen, chances = self.tree, [], []
+        for candidate in candidates:  # one by one: see lamp_choice.py
+            share = self.share_of_table(candidate.light)
+            chance = self.likely(candidate.light, share)
+            if share is not None:
+                self.rests = after(chance, self.without(candidate.light, share))
+            seen.append(candidate)
+            chances.append(chance)
+        coloured = any(candidate.light.spectrum is not None for candidate in seen)
+        return [
+            chosen_light(tree, chosen, areas=areas, coloured=coloured, seed=2.0 + which)
+            for which, chosen in enumerate(
+                two_answers(tree, seen, all_after(chances, self.rests if self.closures else ()))
+            )
+        ]
+
+    def each_of(self, pairs: Iterable[tuple[Light, Light]]) -> list[Light]:
+        """Every light as the table shows it, of pairs with the whole light first."""
+        shown = []
+        for light, of_table in pairs:
+            if (share := self.share_of_table(light)) is not None:
+                self.rests = self.without(light, share)
+            shown.append(of_table)
+        return shown
+
+
 def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps: list[bool], *, sources: int) -> None:
     """Rebuild a Diffraction group's nodes for lamps and a number of sources."""
     group.nodes.clear()
@@ -273,30 +350,14 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
     if of_world:
         asked_of_world[SPECTRUM] = read_number(tree, REST_SPECTRUM)
     worlds = [response.to_world(tree, asked_of_world, number=k) for k, (response, _) in reliefs]
-    zero_order = float(lights == LAMPS_ONLY)
     areas_of_lamps = areas_in(group) if lights == REST else set()
     of_sources = [source_light(tree, k, coloured=of_world) for k in range(sources)] if lights == REST else []
-
-    def asked_of(light: Light) -> dict[Socket, Operand]:
-        asked: dict[Socket, Operand] = {NORMAL: n, TANGENT: t, ZERO_ORDER: zero_order, **to_lamps}
-        if light.spectrum is not None:
-            asked[SPECTRUM] = light.spectrum
-        return asked | {TO_LIGHT: light.direction, IRRADIANCE: light.irradiance, VARIANCE: light.variance}
-
-    def likely(light: Light, share: Value | None) -> Value:
-        sent = tree.dot(light.irradiance, _LUMINANCE)
-        parts = [(response.likely(tree, asked_of(light), number=k), area) for k, (response, area) in reliefs]
-        total = sum((part if area is None else part * area for part, area in parts), 0.0)
-        return total * (sent if share is None else sent * share)
-
-    rests = [strength * (1.0 - unseen)] * len(worlds) if lights == REST else []
-
-    def without(light: Light, share: Value | float) -> list[Value]:
-        """For each response, what is left for its closure if the table shows a share of a light too."""
-        directions = (world.direction for world in worlds if world is not None)
-        pairs = zip(directions, rests, strict=True)
-        return [left_by_table(tree, light, share, direction=direction) * rest for direction, rest in pairs]
-
+    lighting = _Lighting(
+        tree, reliefs,
+        asked={NORMAL: n, TANGENT: t, ZERO_ORDER: float(lights == LAMPS_ONLY), **to_lamps},
+        closures=[world.direction for world in worlds if world is not None] if lights == REST else [],
+        rests=[strength * (1.0 - unseen) if lights == REST else strength] * len(worlds),
+    )  # fmt: skip
     drawn = len(lamps) + len(of_sources) > ALL_UP_TO and not answers_every_lamp(group)
     if drawn and all(response.tells_likely for response in responses):
         of_lamps = (
@@ -304,51 +365,29 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
             for k, linked in enumerate(lamps)
         )
         sources_too = (Candidate(packed, light) for light, packed in of_sources)
-        candidates: list[Candidate] = []
-        chances: list[Value] = []
-        for candidate in chain(of_lamps, sources_too):  # one by one: see lamp_choice.py
-            share = table_share(tree, candidate.light) if lights == REST else None
-            chance = likely(candidate.light, share)
-            if share is not None:
-                rests = after(chance, without(candidate.light, share))
-            candidates.append(candidate)
-            chances.append(chance)
-        chances = all_after(chances, rests)
-        is_coloured = any(candidate.light.spectrum is not None for candidate in candidates)
-        lit_by = [
-            chosen_light(tree, chosen, areas=bool(areas_of_lamps), coloured=is_coloured, seed=2.0 + which)
-            for which, chosen in enumerate(two_answers(tree, candidates, chances))
-        ]
+        lit_by = lighting.two_of(chain(of_lamps, sources_too), areas=bool(areas_of_lamps))
     else:
         pairs = [
             lamp_for_table(tree, k, linked, is_area=k in areas_of_lamps, coloured=k in coloured)
             for k, linked in enumerate(lamps)
         ]
-        pairs += [(light, light) for light, _ in of_sources]
-        lit_by = [shown for _, shown in pairs]
-        for light, _ in pairs if lights == REST else ():
-            rests = without(light, table_share(tree, light))
+        lit_by = lighting.each_of([*pairs, *((light, light) for light, _ in of_sources)])
     for index in range(left_out_in(group)) if lights == REST else ():
-        rests = without(light_of(tree, LAMPS_MAX + index, False), 1.0)
-    shares = [table_share(tree, light) for light in lit_by] if lights == REST else []
+        lighting.rests = lighting.without(light_of(tree, LAMPS_MAX + index, False), 1.0)
     coat: Shown | None = None
-    for light, share in zip_longest(lit_by, shares):
+    for light, share in [(light, lighting.share_of_table(light)) for light in lit_by]:
         lit = is_lit(tree, light, n=n, cos_r=cos_r, unseen=unseen)
-        asked = asked_of(light)
-        answer: Shown | None = None
-        for k, (response, area) in reliefs:
-            shown = response.to_lamp(tree, asked, number=k).shown(strength)
-            answer = (shown if area is None else shown.dimmed(area)).added_to(answer)
-        assert answer is not None  # there is at least one response
+        answer = lighting.answer(light, strength)
         if start is not None:
             sees = 1.0 - light.casts_shadow * hit(tree, start, light.direction, distance=light.distance)
             answer = answer.dimmed(sees)
         coat = answer.dimmed(lit if share is None else lit * share).added_to(coat)
     assert coat is not None  # there is at least one lamp input
     shader = coat.shader if lights != ALL else None
-    for world, rest, (_, (response, area)) in zip_longest(worlds, rests, reliefs) if lights != LAMPS_ONLY else ():
+    with_rests = zip(worlds, lighting.rests, reliefs, strict=True)
+    for world, rest, (_, (response, area)) in with_rests if lights != LAMPS_ONLY else ():
         assert world is not None  # otherwise lights is LAMPS_ONLY
-        closures = world.closures(n, strength, strength if rest is None else rest)
+        closures = world.closures(n, strength, rest)
         if (plate := plate_of(response.group)).present:
             closures = tree.add_shader(closures, plate.face(tree, n, covered))
         shader = tree.add_shader(shader, closures if area is None else tree.mix_shader(area, None, closures))

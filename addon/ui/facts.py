@@ -23,7 +23,7 @@ from ..gratings.bakes import is_asked_by_other_version, is_asked_otherwise
 from ..gratings.direction_source import AXIS
 from ..gratings.grating import ALL, LAMPS_ONLY, NO_SAMPLE_SET, Grating, Variation
 from ..gratings.wording import counted, marked, translated
-from ..lamps.find import brightest, instanced_lamps, lamps_of, unfollowed_features
+from ..lamps.brightest_lamps import brightest, instanced_lamps, lamps_of, unfollowed_features
 from ..lamps.follow import followed_lamps, is_on
 from ..lamps.rendered_lamps import rendered
 from ..lamps.sky import fitted_frames, missed_share, sky_with_disc, source_count

@@ -36,7 +36,7 @@ from ..causes.setting_causes import (
     without_light_group,
 )
 from ..causes.subject import HARMLESS, Cause, Subject, end_holdout, show, subject_of
-from ..lamps.find import AUTO, COUNTS, irradiances, lamps_of
+from ..lamps.brightest_lamps import AUTO, COUNTS, irradiances, lamps_of
 from ..materials.material import add_diffraction, boxes_showing, listed
 from ..materials.skin import SETTABLE, set_up
 from .lights.lighting import update_lamps

@@ -157,8 +157,13 @@ def save_region(screen: Path, region: bpy.types.Region, picture: Path) -> None:
     save_png(_in_64_tones(_of_region(screen, region)), picture)
 
 
-def _of_region(screen: Path, region: bpy.types.Region) -> np.ndarray:
-    """The pixels of a region of Blender's window."""
+def save_area(screen: Path, area: bpy.types.Area, picture: Path) -> None:
+    """Save an area of Blender's window as PNG, in all its tones."""
+    save_png(_of_region(screen, area), picture)
+
+
+def _of_region(screen: Path, region: bpy.types.Region | bpy.types.Area) -> np.ndarray:
+    """The pixels of a region or an area of Blender's window."""
     top = window().height - region.y - region.height
     return screen_pixels(screen)[top : top + region.height, region.x : region.x + region.width]
 

@@ -13,7 +13,7 @@ from ..steps import clean_environment, say
 from .display import display
 
 HERE = Path(__file__).parent
-SIZE, SMALL, TALL = (1280, 1000), (1280, 720), (1400, 1700)
+SIZE, SMALL, TALL, WIDE = (1280, 1000), (1280, 720), (1400, 1700), (1200, 640)
 # A walk takes two to four minutes. A Blender that hangs is ended.
 _LIMIT_SECONDS = 1200
 
@@ -75,6 +75,25 @@ def screens(binary: Path, folder: Path) -> list[Path]:
             arguments = window_arguments("screens_in_blender.py", TALL, folder=folder, screen_folder=user)
             run([binary, "--addons", EXTENSION, *arguments], {**variables, "DISPLAY": screen})
     return sorted(folder.glob("*.png"))
+
+
+def film(binary: Path, folder: Path) -> list[Path]:
+    """Make the film of Show Me, show_me.webp, with this working tree as the extension. Returns its path. Raises
+    DevError as walk does."""
+    environment = environments.require(environments.BPY53)  # for Pillow
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix="natural-gratings-walk-") as private:
+        user = Path(private)
+        link_extension(user, wheels=True)
+        variables = {"BLENDER_USER_RESOURCES": private, "NATURAL_GRATINGS_CACHE": str(user / "cache")}
+        frames = user / "frames"
+        frames.mkdir()
+        say("walk: the film of Show Me ...")
+        with display(*WIDE, folder=user) as screen:
+            arguments = window_arguments("film_in_blender.py", WIDE, folder=frames, screen_folder=user)
+            run([binary, "--addons", EXTENSION, *arguments], {**variables, "DISPLAY": screen})
+        run([environment.python, HERE / "film.py", frames, folder / "show_me.webp"], {})
+    return [folder / "show_me.webp"]
 
 
 def stage_arguments(folder: Path) -> list[str | Path]:

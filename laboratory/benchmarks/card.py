@@ -42,7 +42,8 @@ from precompute.table.atlas import read_header
 from . import report
 from .card_pictures import MARK, Job, picture_of
 
-_TURNS_DEG = (0, 90, 200, 20, 110, 220, 40, 130)
+# Where the suns stand.
+_AZIMUTHS_DEG, _ELEVATION_DEG = (128, 218, 328, 148, 238, 348, 168, 258), 30
 SCENES = ("hero", "cd")
 # A Principled metal; the object's own material without diffraction; with it; and with it but without shadow rays.
 MATERIALS = ("metal", "plain", "grating", "unshadowed")
@@ -110,11 +111,12 @@ def _light(addon, scene, count: int) -> None:
     """Light the scene with a number of suns, which the add-on follows."""
     import bpy
 
-    from sample_scenes import stage
+    from sample_scenes.studio import Towards, add_key
 
     bpy.data.batch_remove([o for o in bpy.data.objects if o.type == "LIGHT"])
-    for turn in _TURNS_DEG[:count]:
-        stage.add_sun(scene, stage.SUN_AZIMUTH_DEG + turn, stage.SUN_ELEVATION_DEG)
+    for azimuth_deg in _AZIMUTHS_DEG[:count]:
+        at = Towards(azimuth_deg, _ELEVATION_DEG, 1.0)
+        add_key(scene, "Sun", at, target=(0.0, 0.0, 0.0), strength=12.0, angle_deg=0.53)
     addon.follow.follow_lamps(scene)
 
 

@@ -69,7 +69,7 @@ def test_the_parts_that_an_environment_runs_are_there():
     ("file", "rooms"),
     [
         (
-            "addon/lamps/find.py",
+            "addon/lamps/brightest_lamps.py",
             {"addon/lamps", "addon/materials", "addon/ui", "addon/workflow", "render/test_plane.py"},
         ),
         ("precompute/surface/readers/nid.py", {"precompute/surface"}),

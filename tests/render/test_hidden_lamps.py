@@ -291,12 +291,12 @@ def test_a_lamp_hidden_in_some_frames(pair, persistent):
 def test_more_lamps_than_count_are_named(pair, monkeypatch):
     """The brightest suns light; one more is left out until another is deleted."""
     made = pair()
-    monkeypatch.setattr(made.stage.addon.find, "FOLLOWED_MAX", 8)
+    monkeypatch.setattr(made.stage.addon.brightest_lamps, "FOLLOWED_MAX", 8)
     for k in range(8):
         made.stage.lamp("SUN", energy=1.0 + k, name=f"S{k}", angle=0.0)
     made.seen()
     addon, scene = made.stage.addon, made.stage.scene
-    (line,) = addon.find.unfollowed_features(scene, addon.follow.counted_lamps(scene))
+    (line,) = addon.brightest_lamps.unfollowed_features(scene, addon.follow.counted_lamps(scene))
     assert line.startswith("diffraction uses at most 8 lamps; left out: S0;")
     bpy.data.objects.remove(bpy.data.objects["S1"])
     theirs, ours = made.seen()
@@ -307,7 +307,7 @@ def test_more_lamps_than_count_are_named(pair, monkeypatch):
 def test_of_nine_lamps_the_eight_that_are_shown_light(pair, way, monkeypatch):
     """The brightest is hidden. If it kept its place, an eighth of the light would be missing."""
     made = pair()
-    monkeypatch.setattr(made.stage.addon.find, "FOLLOWED_MAX", 8)
+    monkeypatch.setattr(made.stage.addon.brightest_lamps, "FOLLOWED_MAX", 8)
     for k in range(8):
         made.stage.lamp("SUN", energy=1.0, name=f"S{k}", angle=0.0)
     theirs, ours = made.seen()

@@ -134,7 +134,9 @@ def test_only_nodes_that_change_a_lamp_are_reported(stage, kind):
         lamp.data.use_nodes = True
 
     def told():
-        return stage.addon.find.unfollowed_features(stage.scene, stage.addon.follow.counted_lamps(stage.scene))
+        return stage.addon.brightest_lamps.unfollowed_features(
+            stage.scene, stage.addon.follow.counted_lamps(stage.scene)
+        )
 
     assert told() == []
     emission = next(n for n in lamp.data.node_tree.nodes if n.type == "EMISSION")

@@ -92,7 +92,7 @@ def boxes(stage, baked):
 @pytest.mark.parametrize("count", [12, "all"])
 def test_many_soft_boxes_leave_a_material_room_in_cycles(boxes, stage, count):
     """They are as bright as four that have their light. A shader with more numbers than Cycles holds would be black."""
-    count = stage.addon.find.FOLLOWED_MAX if count == "all" else count
+    count = stage.addon.brightest_lamps.FOLLOWED_MAX if count == "all" else count
     many, few = (boxes(each, SAMPLES) for each in (count, 4))
     # Five standard errors of a mean over independent pixels.
     assert abs((many - few).mean()) < 5 * (many - few).std() / PIXELS

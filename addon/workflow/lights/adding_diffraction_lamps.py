@@ -7,7 +7,7 @@ from mathutils import Vector
 from ....precompute.base.failure import GratingError
 from ...direction.tangents import Place, own_angle, place_nearest
 from ...gratings.grating import LAMPS_ONLY
-from ...lamps.find import lamps_of
+from ...lamps.brightest_lamps import lamps_of
 from ...lamps.follow import counted_lamps
 from ...materials.diffraction_lamp import new_diffraction_lamp
 from ...materials.group_properties import frame_of, lights_of

@@ -9,7 +9,7 @@ import bpy
 
 from ....precompute.base.failure import GratingError
 from ...blender.session import has_window
-from ...lamps.find import (
+from ...lamps.brightest_lamps import (
     AUTO,
     COUNTS,
     FOLLOWED_MAX,

@@ -9,7 +9,7 @@ from mathutils import Vector
 
 from ....precompute.measure.best_lamp_directions import Preference
 from ...gratings.grating import LAMPS_ONLY, Grating
-from ...lamps.find import lamps_of
+from ...lamps.brightest_lamps import lamps_of
 from ...lamps.light_rig import RigLamp, is_of_rig
 from ...materials.material import shown_by
 from ...worlds.world_light import world_light

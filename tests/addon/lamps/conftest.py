@@ -26,7 +26,7 @@ def eight_lamps(addon, monkeypatch):
     """Let at most eight lamps light diffraction, so that a test of the choice among more needs few. The choice needs no
     nodes."""
     monkeypatch.setattr(addon.lighting, "show_lamps", lambda **_: None)
-    monkeypatch.setattr(addon.find, "FOLLOWED_MAX", 8)
+    monkeypatch.setattr(addon.brightest_lamps, "FOLLOWED_MAX", 8)
     monkeypatch.setattr(addon.lighting, "FOLLOWED_MAX", 8)
 
 

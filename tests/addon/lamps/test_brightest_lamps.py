@@ -143,7 +143,7 @@ def test_strength_is_the_power_that_drivers_give_over_the_squared_distance(addon
         addon.lighting.update_lamps(lit)
         bpy.context.view_layer.update()
         power = np.array(lit[addon.lamp_drivers.property_name(0, "power")])[:3] @ LUMINANCE
-        strength = addon.find.irradiances([lamp], addon.lighting.lit_boxes(lit))
+        strength = addon.brightest_lamps.irradiances([lamp], addon.lighting.lit_boxes(lit))
         # Blender's properties have single precision: seven digits.
         np.testing.assert_allclose(strength, power / (1 if kind == "SUN" else 9), rtol=1e-6, err_msg=kind)
         bpy.data.objects.remove(lamp)
@@ -158,7 +158,7 @@ def test_the_nearest_point_of_an_object_counts(addon, lit):
 
     def distance() -> float:
         bpy.context.view_layer.update()
-        return addon.find.irradiances([lamp], addon.lighting.lit_boxes(lit))[0] ** -0.5
+        return addon.brightest_lamps.irradiances([lamp], addon.lighting.lit_boxes(lit))[0] ** -0.5
 
     # In metres, to single precision.
     assert distance() == pytest.approx(2.1, rel=1e-6)
@@ -175,11 +175,11 @@ def test_a_lamp_inside_an_object_is_a_tenth_of_its_half_diagonal_away(addon, lit
     plane = next(o for o in lit.objects if o.type == "MESH")
     lamp = add_lamp(lit, "Lamp", energy=4 * math.pi, height=0.0)
     bpy.context.view_layer.update()
-    strength = addon.find.irradiances([lamp], addon.lighting.lit_boxes(lit))[0]
+    strength = addon.brightest_lamps.irradiances([lamp], addon.lighting.lit_boxes(lit))[0]
     assert strength == pytest.approx(1 / 0.02, rel=1e-6)
     plane.scale = (0, 0, 0)
     bpy.context.view_layer.update()
-    assert np.isfinite(addon.find.irradiances([lamp], addon.lighting.lit_boxes(lit))).all()
+    assert np.isfinite(addon.brightest_lamps.irradiances([lamp], addon.lighting.lit_boxes(lit))).all()
 
 
 def test_only_objects_of_the_scene_that_show_diffraction_count(addon, lit):
@@ -203,9 +203,9 @@ def test_until_an_object_shows_diffraction_lamps_are_compared_from_3_metres(addo
     for k in range(7):
         add_lamp(scene, f"Strong{k}", energy=1e4, height=50.0)
     point = add_lamp(scene, "Point", energy=4 * math.pi * 9 * 0.9, height=1.0)
-    assert point not in addon.find.brightest(scene) and sun in addon.find.brightest(scene)
+    assert point not in addon.brightest_lamps.brightest(scene) and sun in addon.brightest_lamps.brightest(scene)
     point.data.energy = 4 * math.pi * 9 * 1.1
-    assert point in addon.find.brightest(scene) and sun not in addon.find.brightest(scene)
+    assert point in addon.brightest_lamps.brightest(scene) and sun not in addon.brightest_lamps.brightest(scene)
 
 
 def test_a_lamp_takes_the_place_of_a_followed_one_only_if_it_is_clearly_brighter(addon, lit, ranked):

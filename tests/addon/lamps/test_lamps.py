@@ -158,9 +158,9 @@ def test_too_many_lamps_are_named(addon, scene, eight_lamps):
     for k in range(9):
         add_lamp(scene, "POINT", f"P{k}", energy=10.0 + k)
     followed = addon.follow.follow_lamps(scene)
-    assert len(followed) == addon.find.FOLLOWED_MAX
+    assert len(followed) == addon.brightest_lamps.FOLLOWED_MAX
     assert followed[0].name == "Sun" and followed[1].name == "P8"
-    told = addon.find.unfollowed_features(scene, followed)
+    told = addon.brightest_lamps.unfollowed_features(scene, followed)
     assert told == ["diffraction uses at most 8 lamps; left out: P0, P1; choose lamps in the panel's step Light"]
 
 

@@ -10,8 +10,7 @@ from mathutils.bvhtree import BVHTree
 from sample_scenes import animal, sets, soil
 from sample_scenes.noise import cracks, fractal_noise
 from sample_scenes.sets import SETS
-from sample_scenes.snake import plain_material
-from sample_scenes.stage import add_surface, clean_scene, new_world
+from sample_scenes.stage import add_surface, clean_scene, new_world, plain_material
 from sample_scenes.studio import Towards, add_camera
 
 HOLDS = {

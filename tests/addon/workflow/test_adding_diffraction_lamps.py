@@ -115,7 +115,7 @@ def test_the_lamp_that_lights_it(scene, carrier, addon, capfd):
         bpy.ops.grating.add_diffraction_lamp(lamp="Moon")
     with pytest.raises(RuntimeError, match="Diffraction Lamp: no lamp of the scene"):
         bpy.ops.grating.add_diffraction_lamp(lamp="Diffraction Lamp")
-    assert [lamp.name for lamp in addon.find.lamps_of(scene)] == ["Sun", "Weak"]
+    assert [lamp.name for lamp in addon.brightest_lamps.lamps_of(scene)] == ["Sun", "Weak"]
 
 
 def test_diffraction_does_not_follow_it(scene, carrier, addon):
@@ -123,14 +123,14 @@ def test_diffraction_does_not_follow_it(scene, carrier, addon):
     added().data.energy = 1e6
     addon.lighting.update_all_lamps()
     assert [lamp.name for lamp in addon.follow.followed_lamps(scene)] == ["Sun"]
-    assert not addon.find.unfollowed_features(scene, addon.follow.followed_lamps(scene))
+    assert not addon.brightest_lamps.unfollowed_features(scene, addon.follow.followed_lamps(scene))
     holder = bpy.data.collections.new("Held")
     scene.collection.children.link(holder)
     holder.objects.link(added())
     empty = bpy.data.objects.new("Empty", None)
     empty.instance_type, empty.instance_collection = "COLLECTION", holder
     scene.collection.objects.link(empty)
-    assert not addon.find.instanced_lamps(bpy.context.evaluated_depsgraph_get())
+    assert not addon.brightest_lamps.instanced_lamps(bpy.context.evaluated_depsgraph_get())
 
 
 def nothing_added():

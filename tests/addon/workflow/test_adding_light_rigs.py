@@ -98,8 +98,8 @@ def test_rotation_turns_the_key(lit):
 
 
 def grey(lamp, middle=(0.0, 0.0, 0.0)) -> float:
-    """The radiance of a 50 % grey surface that faces a lamp, by Blender's units of strength (lamps/find.py). An
-    area lamp has the form factor of a disc of its area."""
+    """The radiance of a 50 % grey surface that faces a lamp, by Blender's units of strength
+    (lamps/brightest_lamps.py). An area lamp has the form factor of a disc of its area."""
     data, squared = lamp.data, (lamp.location - Vector(middle)).length_squared
     if data.type == "SUN":
         irradiance = data.energy

@@ -174,7 +174,7 @@ def test_looking_at_everything_changes_nothing_and_ends(addon, scene, grating, w
 
 def test_of_too_many_lamps_the_brightest_are_chosen_once_it_is_still(addon, scene, grating, window, monkeypatch):
     """A lamp beside the plane replaces the weakest of eight others, if at most eight count."""
-    monkeypatch.setattr(addon.find, "FOLLOWED_MAX", 8)
+    monkeypatch.setattr(addon.brightest_lamps, "FOLLOWED_MAX", 8)
     assert bpy.ops.grating.assign() == {"FINISHED"}
     for number in range(8):
         lamp = bpy.data.objects.new(f"Far {number}", bpy.data.lights.new("Far", "POINT"))
