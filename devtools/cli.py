@@ -123,7 +123,7 @@ def _check_types(environment: Environment) -> int:
     with tempfile.TemporaryDirectory() as folder:
         Path(folder, PACKAGE).symlink_to(ROOT, target_is_directory=True)
         command = [environment.python, "-m", "mypy", "--config-file", ROOT / "pyproject.toml"]
-        command += ["--cache-dir", ROOT / ".mypy_cache"]
+        command += ["--cache-dir", environments.ENVIRONMENTS / "mypy"]
         for package in ("precompute", "addon"):
             command += ["--package", f"{PACKAGE}.{package}"]
         settings = {"cwd": folder, "env": clean_environment(MYPYPATH=folder)}

@@ -27,6 +27,8 @@ WHEELS = ROOT / "wheels"
 HASHES = ROOT / "devtools" / "wheels.sha256"
 # Date (the earliest possible), system and mode of every file in a zip.
 _DATE, _UNIX, _MODE = (1980, 1, 1, 0, 0, 0), 3, 0o644
+# What is compressed already.
+_PACKED = (".whl", ".exr", ".png", ".jpg", ".webp", ".woff2")
 
 
 def manifest() -> dict[str, Any]:
@@ -154,6 +156,7 @@ def validate(package: Path, environment: Environment) -> None:
 def rewrite(package: Path, added: Mapping[str, bytes] = MappingProxyType({})) -> None:
     """Rewrite a zip so that its bytes depend only on its files' names and contents: files are sorted, with a fixed date
     and mode. Blender's tool takes order and date from the disk, where they differ from one checkout to the next.
+    What is compressed already is stored as it is.
     `added` are files to add or to replace."""
     with tempfile.TemporaryDirectory(dir=package.parent) as folder:
         plain = Path(folder) / package.name
@@ -162,7 +165,8 @@ def rewrite(package: Path, added: Mapping[str, bytes] = MappingProxyType({})) ->
             for name in sorted({*kept, *added}):
                 entry = zipfile.ZipInfo(name, _DATE)
                 entry.create_system, entry.external_attr = _UNIX, _MODE << 16
-                entry.compress_type = kept[name].compress_type if name in kept else zipfile.ZIP_DEFLATED
+                packed = name.endswith(_PACKED)
+                entry.compress_type = zipfile.ZIP_STORED if packed else zipfile.ZIP_DEFLATED
                 made.writestr(entry, added[name] if name in added else given.read(kept[name]))
         plain.replace(package)
 

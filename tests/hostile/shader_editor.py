@@ -16,7 +16,9 @@ def shader_editor() -> Iterator[object]:
     before, area.ui_type = area.ui_type, "ShaderNodeTree"
     region = next(each for each in area.regions if each.type == "WINDOW")
     try:
+        space = area.spaces.active
+        space.shader_type, space.pin = "OBJECT", False  # an opened file may have another
         with bpy.context.temp_override(window=window, area=area, region=region):
-            yield area.spaces.active
+            yield space
     finally:
         area.ui_type = before

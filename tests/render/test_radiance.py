@@ -15,7 +15,7 @@ from precompute.colour.spaces import rgb_from_xyz
 from precompute.table.radiance import Skin, lamp_radiance
 from precompute.table.table import Table
 
-PIXELS = 224
+PIXELS = 160
 RGB_FROM_XYZ = rgb_from_xyz("Rec.709")
 # A blaze rotated in its own plane reveals a swapped axis or sign.
 TURN = np.radians(20)

@@ -51,7 +51,7 @@ def test_a_grating(stage, sky, skin):
     """A plane with a snake's scan, seen where a first order of the sun meets the camera."""
     bpy.ops.mesh.primitive_plane_add(size=2)
     add_grating(stage, skin[0])
-    assert bpy.ops.grating.assign() == {"FINISHED"}
+    assert bpy.ops.grating.assign() == {"FINISHED"}  # fits the world
     up, around = sky.sun_elevation, sky.sun_rotation
     to_sun = np.array((math.cos(up) * math.sin(around), math.cos(up) * math.cos(around), math.sin(up)))
     # u of the sum of both directions is the wavelength over the strongest period, v is 0.
@@ -59,8 +59,7 @@ def test_a_grating(stage, sky, skin):
     stage.camera(3 * np.array((x, y, math.sqrt(1 - x * x - y * y))), ortho=0.2)
 
     def light() -> np.ndarray:
-        assert bpy.ops.grating.fit_world() == {"FINISHED"}
-        return stage.rgb("cycles", 8, 64).mean(axis=(0, 1))
+        return stage.rgb("cycles", 8, 16).mean(axis=(0, 1))
 
     before = light()
     assert bpy.ops.grating.add_sky_sun() == {"FINISHED"}

@@ -124,7 +124,7 @@ def test_patches_ride_with_a_skin_that_moves(stage, plane, primaries, engine):
     np.testing.assert_allclose(after, before, atol=2 * TOLERANCE + 0.02 * 2 / PIXELS * 1.5 / 0.5 * 8.5 / 0.3)
 
 
-@pytest.mark.short("REST")
+@pytest.mark.night("test_each_relief_has_its_share_of_the_surface")
 @pytest.mark.parametrize("lights", ["REST", "ALL"])
 def test_where_one_has_all_it_answers_as_it_does_alone(stage, skin, deep_skin, plane, lights):
     """Under lamps and under the world, each with the same random numbers."""

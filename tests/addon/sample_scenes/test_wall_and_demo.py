@@ -27,6 +27,7 @@ def test_the_sky_has_its_sun_where_the_lamp_would_be():
 
 
 def test_the_scene_of_a_wall_has_what_the_demo_names(tmp_path):
+    bpy.ops.wm.read_homefile(use_factory_startup=True)  # keeps extensions
     wall.main(["--output", str(tmp_path / "wall.blend")])
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "wall.blend"))
     assert {"Carrier", "Wall", "Table", "Spot", "Camera"} <= set(bpy.data.objects.keys())
