@@ -38,10 +38,10 @@ FOLDERS = tuple(dict.fromkeys(name for name, _ in SUITES))
 # tests of readers and files use Pillow and OpenEXR. Others mix single and double precision, for which NumPy 2 has new
 # promotion rules. The golden bake covers all of precompute.
 PRECOMPUTE_AGAIN = ("surface", "table", "maths", "colour", "spectra", "bake/test_golden.py", "bake/test_cache.py")
-# In a short run: of surfaces, the readers of formats alone.
+# In a short run: the readers that use packages, the tables, and the golden bake.
 PRECOMPUTE_SHORT = (
-    "surface/test_against_gwyddion.py", "surface/test_hdf5.py", "surface/test_pictures.py", "surface/test_readers.py",
-    "surface/test_x3p.py", "table", "maths", "colour", "spectra", "bake/test_golden.py", "bake/test_cache.py",
+    "surface/test_hdf5.py", "surface/test_pictures.py", "surface/test_readers.py", "table", "bake/test_golden.py",
+    "bake/test_cache.py",
 )  # fmt: skip
 # What a short run tests in the older Blenders: what differs between versions. One test or more for each kind of node,
 # lamp and shader, and what follows. In the oldest Blender the night runs every file, without what is

@@ -45,7 +45,7 @@ def full_width(offsets, values):
     return ends[1] - ends[0]
 
 
-@pytest.mark.short("size_um0")
+@pytest.mark.short("size_um0-1.5e-06")
 @pytest.mark.parametrize("period", [1.5e-6, 2.4e-6])
 @pytest.mark.parametrize("size_um", [(60, 32), (40, 40)])
 def test_a_first_order_is_as_wide_and_bright_as_stated(size_um, period):

@@ -153,6 +153,7 @@ def test_a_gaussian_lamp_has_most_of_its_light_in_its_cone():
     assert 0.83 < source.irradiance[1] / (light @ CELLS.solid_angles) < 0.92
 
 
+@pytest.mark.short("uniform", "a light too wide")
 @pytest.mark.parametrize("luminance", [
     np.ones(ROWS * COLS), np.zeros(ROWS * COLS), sky(), 0.1 + disc(direction(40, 10), 30),
     np.where(CELLS.directions[:, 2] > 0, 1 + 2 * CELLS.directions[:, 2], 0.2),
@@ -249,7 +250,7 @@ def world_of(given_lights):
     return picture(sky() + sum(strength * disc(direction(up, around), r) for up, around, r, strength in given_lights))
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(lights)
 def test_sources_and_rest_are_all_the_light(given_lights):
     world = world_of(given_lights)
