@@ -35,7 +35,7 @@ START, POINTED, SHOWN, DRAGGED, STEP = 6, 6, 8, 40, 4
 # Turns of the wheel towards the disc.
 NEARER = 5
 # Seconds until the viewport has rendered a frame on a processor.
-RENDERED, FIRST_RENDERED = 3.0, 25.0
+RENDERED, FIRST_RENDERED = 4.0, 25.0
 _frames = 0
 
 
@@ -87,6 +87,7 @@ def story() -> Steps:
     yield LONG
     frames(POINTED)
     yield from press_button(SHOW_ME)
+    window().scene.render.preview_pixel_size = "1"  # else a moving view has large pixels
     yield FIRST_RENDERED
     frames(SHOWN)
     yield from drag()
