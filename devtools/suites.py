@@ -44,8 +44,8 @@ PRECOMPUTE_SHORT = (
     "bake/test_cache.py",
 )  # fmt: skip
 # What a short run tests in the older Blenders: what differs between versions. One test or more for each kind of node,
-# lamp and shader, and what follows. In the oldest Blender the night runs every file, without what is
-# marked for the night, which the newest Blender runs; if an older Blender is asked for alone, it runs that too.
+# lamp and shader, and what follows. In the oldest Blender the night runs every file, without what is marked for the
+# night, which the newest Blender runs; if an older Blender is asked for alone, it runs that too.
 RENDER_SHORT = (
     "test_lamps.py", "test_shadows.py", "test_osl_direct.py",
 )  # fmt: skip

@@ -117,8 +117,6 @@ def after(p: Value, rests: Sequence[Value]) -> list[Value]:
 
 def all_after(chances: Sequence[Value], rests: Sequence[Value]) -> list[Value]:
     """The p of all lamps, known only after what is left for closures."""
-    if not rests:
-        return list(chances)
     nothing = rests[0] * _NOTHING
     return [p + nothing for p in chances]
 

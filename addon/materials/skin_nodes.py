@@ -297,12 +297,12 @@ class _Lighting:
                 self.rests = after(chance, self.without(candidate.light, share))
             seen.append(candidate)
             chances.append(chance)
+        if self.closures:
+            chances = all_after(chances, self.rests)
         coloured = any(candidate.light.spectrum is not None for candidate in seen)
         return [
             chosen_light(tree, chosen, areas=areas, coloured=coloured, seed=2.0 + which)
-            for which, chosen in enumerate(
-                two_answers(tree, seen, all_after(chances, self.rests if self.closures else ()))
-            )
+            for which, chosen in enumerate(two_answers(tree, seen, chances))
         ]
 
     def each_of(self, pairs: Iterable[tuple[Light, Light]]) -> list[Light]:

@@ -64,36 +64,36 @@ def first_hour(binary: Path, folder: Path) -> list[Path]:
 def screens(binary: Path, folder: Path) -> list[Path]:
     """Take the pages' pictures of the panel, with this working tree as the extension. Returns the pictures. Raises
     DevError as walk does."""
-    fetch_wheels(environments.require(environments.BPY45))
-    folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix="natural-gratings-walk-") as private:
-        user = Path(private)
-        link_extension(user, wheels=True)
-        variables = {"BLENDER_USER_RESOURCES": private, "NATURAL_GRATINGS_CACHE": str(user / "cache")}
-        say("walk: pictures of the panel ...")
-        with display(*TALL, folder=user) as screen:
-            arguments = window_arguments("screens_in_blender.py", TALL, folder=folder, screen_folder=user)
-            run([binary, "--addons", EXTENSION, *arguments], {**variables, "DISPLAY": screen})
+    say("walk: pictures of the panel ...")
+    play(binary, "screens_in_blender.py", TALL, folder)
     return sorted(folder.glob("*.png"))
 
 
 def film(binary: Path, folder: Path) -> list[Path]:
     """Make the film of Show Me, show_me.webp, with this working tree as the extension. Returns its path. Raises
     DevError as walk does."""
+    made = folder / "show_me.webp"
     environment = environments.require(environments.BPY53)  # for Pillow
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix="natural-gratings-film-") as frames:
+        say("walk: the film of Show Me ...")
+        play(binary, "film_in_blender.py", WIDE, Path(frames))
+        run([environment.python, HERE / "film.py", frames, made], {})
+    return [made]
+
+
+def play(binary: Path, script: str, size: tuple[int, int], folder: Path) -> None:
+    """Let simulated hands do what a script of this room says, in Blender's start file on a screen of this size. The
+    script's pictures go into `folder`. Raises DevError as walk does."""
+    fetch_wheels(environments.require(environments.BPY45))
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix="natural-gratings-walk-") as private:
         user = Path(private)
         link_extension(user, wheels=True)
         variables = {"BLENDER_USER_RESOURCES": private, "NATURAL_GRATINGS_CACHE": str(user / "cache")}
-        frames = user / "frames"
-        frames.mkdir()
-        say("walk: the film of Show Me ...")
-        with display(*WIDE, folder=user) as screen:
-            arguments = window_arguments("film_in_blender.py", WIDE, folder=frames, screen_folder=user)
+        with display(*size, folder=user) as screen:
+            arguments = window_arguments(script, size, folder=folder, screen_folder=user)
             run([binary, "--addons", EXTENSION, *arguments], {**variables, "DISPLAY": screen})
-        run([environment.python, HERE / "film.py", frames, folder / "show_me.webp"], {})
-    return [folder / "show_me.webp"]
 
 
 def stage_arguments(folder: Path) -> list[str | Path]:
