@@ -5,9 +5,8 @@ given back, as its file still exists."""
 import contextlib
 import json
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import bpy
 from bpy.app.handlers import persistent
@@ -23,8 +22,7 @@ if TYPE_CHECKING:
     from ...precompute.table.atlas import Layout
 
 
-@dataclass(frozen=True)
-class _Bake:
+class _Bake(NamedTuple):
     path: str
     summary: str
 

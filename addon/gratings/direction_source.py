@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where a grating takes T from, the direction of the scan's x axis. Saved files contain these names: keep them."""
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import bpy
 
@@ -49,8 +48,7 @@ COMB_SINGULAR = "grating_singular"
 BAKED_OF = "ng_frame_map"
 
 
-@dataclass(frozen=True)
-class DirectionSource:
+class DirectionSource(NamedTuple):
     """The chosen source of T: one of KINDS, and its settings.
 
     uv_map     of UV_MAP: name of the map

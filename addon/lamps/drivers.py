@@ -4,7 +4,7 @@ write re-evaluates the scene."""
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import bpy
 
@@ -16,8 +16,7 @@ Holder = bpy.types.ID | str
 _ID_TYPES = {bpy.types.Object: "OBJECT", bpy.types.Collection: "COLLECTION", bpy.types.Scene: "SCENE"}
 
 
-@dataclass(frozen=True)
-class Variable:
+class Variable(NamedTuple):
     """A value that a driver reads: name in expressions, holder, path there, and fallback if the path is missing."""
 
     name: str

@@ -27,7 +27,7 @@ separate loop in every pixel, so a white lamp has only four properties."""
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import bpy
 
@@ -62,8 +62,7 @@ def property_name(index: int, what: str) -> str:
     return f"ng_key_{number}_{what}"
 
 
-@dataclass(frozen=True)
-class PackedLamp:
+class PackedLamp(NamedTuple):
     """A lamp as nodes read it from the scene's properties.
 
     place         unit vector to a sun; position of another lamp, m

@@ -231,7 +231,7 @@ SHAPE = (
     Socket("X", "Vector", "From an area lamp's centre to its edge, in metres"),
     Socket("Y", "Vector", "The same along the other side"),
 )
-_POINT = tuple(replace(socket, name=f"Point {socket.name}") for socket in LAMP_OUTPUTS)
+_POINT = tuple(socket._replace(name=f"Point {socket.name}") for socket in LAMP_OUTPUTS)
 
 
 @dataclass(frozen=True)

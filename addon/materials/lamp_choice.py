@@ -33,7 +33,7 @@ from ..nodes.interface import Socket
 # A packed lamp's vectors, its fourth numbers with its row, and its p.
 _VECTORS = tuple(Socket(name, "Vector", "Of the lamp") for name in ("Place", "Power", "Z", "X", "Numbers", "Others"))
 _PACK = (*_VECTORS, Socket("Likely", "Float", "Of the lamp"))
-_FIRST, _SECOND = (tuple(replace(each, name=f"{which} {each.name}") for each in _PACK) for which in ("First", "Second"))
+_FIRST, _SECOND = (tuple(each._replace(name=f"{which} {each.name}") for each in _PACK) for which in ("First", "Second"))
 _SHARE = Socket("Share", "Float", "0: the first lamp; 1: the second one")
 
 # Up to this many lamps and sources each are answered to. Two answers and a draw take more time than three answers.

@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from itertools import count, takewhile
+from typing import NamedTuple
 
 import bpy
 
@@ -89,8 +89,7 @@ _NUMBERED = re.compile("(?:World |Likely )?Response(?: ([1-9][0-9]*))?")
 _SPACE = "ng_space"
 
 
-@dataclass(frozen=True)
-class Shown:
+class Shown(NamedTuple):
     """The shader of a material, and its diffracted radiance as a colour for the AOV: `colour` times `share`. They are
     multiplied only when needed, to save constants, of which EEVEE allows 64 KiB per material."""
 
@@ -118,8 +117,7 @@ class Shown:
         return Shown(shader, self.colour.times_plus(self.share, other.radiance))
 
 
-@dataclass(frozen=True)
-class Emission:
+class Emission(NamedTuple):
     """The light that a surface sends to the viewer from one lamp: a radiance in W/m2/sr, shown as emission.
 
     A response with two blur levels gives both radiances and the share of the coarser one, clamped to 0 to 1. The mirror
@@ -145,8 +143,7 @@ class Emission:
         return Shown(shader, colour)
 
 
-@dataclass(frozen=True)
-class WorldAnswer:
+class WorldAnswer(NamedTuple):
     """The reflection of light from unknown directions: closures from the outputs of WORLD_ANSWER. The lobe is one
     randomly drawn order; `direction` is the unit vector to where its light comes from."""
 
@@ -189,8 +186,7 @@ def is_in_other_space(response: Response) -> bool:
     return stored.text(response.group, _SPACE, now) != now
 
 
-@dataclass(frozen=True)
-class Response:
+class Response(NamedTuple):
     """A node group that computes the light of one lamp: its inputs are among QUESTION, its outputs ONE_RADIANCE,
     RADIANCES, or with the input SPECTRUM also SPECTRAL_RADIANCES. `world` is the node group for light from all
     directions; None if there is none."""

@@ -8,17 +8,15 @@ from __future__ import annotations
 
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from graphlib import TopologicalSorter
-from typing import Any
+from typing import Any, NamedTuple
 
 import bpy
 
 from ..blender import compat, stored
 
 
-@dataclass(frozen=True)
-class Socket:
+class Socket(NamedTuple):
     """An input or output of a group.
 
     kind        Float, Vector, Color or Shader
@@ -180,8 +178,7 @@ _BESIDES = {"MIX_SHADER": 6, "ADD_SHADER": 2, "TEX_COORD": 16, "VALUE": 1, "RGB"
 _EVALUATED = {"MATH", "VECT_MATH", "MIX", "COMBXYZ", "SEPXYZ"} if compat.EEVEE_EVALUATES_CONSTANTS else set()
 
 
-@dataclass(frozen=True)
-class Size:
+class Size(NamedTuple):
     """What a material's node tree, or a material that contains only this group, costs in each sample: its nodes, how
     many of them look up pictures, and in EEVEE the bytes of its constants."""
 

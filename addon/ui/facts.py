@@ -8,9 +8,9 @@ to take at most a fiftieth of the time."""
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import bpy
 
@@ -46,8 +46,7 @@ NOT_FITTED = marked("not fitted")
 ANIMATED = marked("animated, so its bright parts are noisy")
 
 
-@dataclass(frozen=True)
-class LampFact:
+class LampFact(NamedTuple):
     """A lamp of the scene."""
 
     name: str
@@ -55,8 +54,7 @@ class LampFact:
     hidden: bool
 
 
-@dataclass(frozen=True)
-class SceneFacts:
+class SceneFacts(NamedTuple):
     """Facts about a scene.
 
     strays    names of the diffraction materials that belong to no grating in the list and can be adopted
@@ -87,8 +85,7 @@ class SceneFacts:
         return any(MendMaterials.bl_label in line for line in self.wrong)
 
 
-@dataclass(frozen=True)
-class GratingFacts:
+class GratingFacts(NamedTuple):
     """Facts about the active grating.
 
     scans      file names of the scans if it averages several; empty for one
@@ -116,16 +113,14 @@ class GratingFacts:
     no_set: str = ""
 
 
-@dataclass(frozen=True)
-class Facts:
+class Facts(NamedTuple):
     """Facts about a scene, and about its active grating if there is one."""
 
     scene: SceneFacts
     grating: GratingFacts
 
 
-@dataclass(frozen=True)
-class _Found:
+class _Found(NamedTuple):
     """Cached facts: what the panel showed (`of`), the view layer's name, the number of changes so far, the time when
     they were found, and the seconds that it took."""
 
@@ -309,8 +304,7 @@ SURFACE, LOOK, LIGHT, QUALITY = marked("Surface"), marked("Look"), marked("Light
 DONE, NOW, LATER = "done", "now", "later"
 
 
-@dataclass(frozen=True)
-class Next:
+class Next(NamedTuple):
     """What to do next: the step that it belongs to, and a button, or a sentence if no button does it."""
 
     step: str
@@ -318,7 +312,7 @@ class Next:
     operator: str = ""
     text: str = ""
     icon: str = "NONE"
-    properties: Mapping[str, Any] = field(default_factory=dict)
+    properties: Mapping[str, Any] = MappingProxyType({})
 
 
 def next_step(context: bpy.types.Context, grating: Grating, facts: Facts) -> Next | None:

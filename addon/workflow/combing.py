@@ -7,7 +7,6 @@ pixel centres, and the artist's scene stays unchanged."""
 
 import contextlib
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -297,7 +296,7 @@ def _have_read(mesh: bpy.types.Object, image: bpy.types.Image) -> list[str]:
     for grating in (grating for scene in bpy.data.scenes for grating in scene.natural_gratings.items):
         if grating.group in groups:
             try:
-                choose_frame(grating, replace(grating.frame_source(), kind=FRAME_MAP, frame_map=image))
+                choose_frame(grating, grating.frame_source()._replace(kind=FRAME_MAP, frame_map=image))
             except GratingError as error:
                 lines.append(f"{grating.name} does not read it: {error}")
     image.use_fake_user = image.users == 0

@@ -4,8 +4,7 @@
 Blender draws a panel many times a second, so nothing is computed during a draw. A draw that finds no preview for the
 present scan and steps asks for one, and a timer makes it once the artist pauses."""
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import bpy
 import bpy.utils.previews
@@ -25,16 +24,14 @@ if TYPE_CHECKING:
 _KEPT_MAX = 32
 
 
-@dataclass(frozen=True)
-class _Asked:
+class _Asked(NamedTuple):
     """Everything that a preview depends on."""
 
     scan: tuple[str, float, float, str]
     levelling: str
 
 
-@dataclass(frozen=True)
-class Shown:
+class Shown(NamedTuple):
     """A preview in the panel.
 
     icons    icon numbers of the pictures before and after; 0 for none

@@ -3,7 +3,6 @@
 islands are rotated arbitrarily."""
 
 import hashlib
-from dataclasses import replace
 from pathlib import Path
 
 import bpy
@@ -167,7 +166,7 @@ def _keep_direction(mesh: bpy.types.Object, before: str) -> list[str]:
         if mesh not in shown_on or grating.frame_kind != STORED or any(has_comb(each.data) for each in shown_on):
             continue
         try:
-            choose_frame(grating, replace(grating.frame_source(), kind=UV_MAP, uv_map=before))
+            choose_frame(grating, grating.frame_source()._replace(kind=UV_MAP, uv_map=before))
         except GratingError:
             continue  # another mesh lacks this map; here it still is the map that renders
     return [f"{mesh.name}: its grating keeps the direction of {before}"]

@@ -2,7 +2,7 @@
 """Radiance: each pixel of a render is compared with the same bake sampled in software.
 
 The software takes position, normal and tangent from float pictures by Cycles, and nothing from the node group. The
-scenes are a plane and a sphere, under a sun, a point lamp, and both.
+scenes are a plane, a sphere and a snake, under a sun, a point lamp, and both.
 """
 
 import itertools
@@ -26,6 +26,9 @@ def shape(stage, kind: str):
     if kind == "plane":
         bpy.ops.mesh.primitive_plane_add(size=2)
         return bpy.context.object, ((0.1, -0.4, 0.9), (0.05, 0, 0), np.radians(80))
+    if kind == "snake":
+        bpy.ops.grating.add_snake(faces=11_000)
+        return bpy.context.object, ((0.0, -0.14, 0.2), (0, 0, 0.02), np.radians(30))
     bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32)
     bpy.ops.object.shade_smooth()
     return bpy.context.object, ((0.0, -3.0, 0.5), (0, 0, 0), np.radians(42))
@@ -113,6 +116,7 @@ def assign(stage, mesh, path, **inputs):
     gratings = stage.scene.natural_gratings
     grating = gratings.items.add()
     grating.name, grating.bake_path, grating.shadows = "radiance", str(path), False
+    grating.footprint = False  # the software does not know how much a pixel's normals vary
     gratings.active_index = len(gratings.items) - 1
     stage.addon.assigning.assign_to_meshes(stage.scene, [mesh])
     (node,) = stage.addon.material.diffraction_nodes(mesh.active_material)
@@ -130,17 +134,21 @@ def relative_error(rendered, truth):
     luminance = np.linalg.inv(RGB_FROM_XYZ)[1]
     rendered, truth = rendered @ luminance, truth @ luminance
     counted = truth > 0.01 * np.percentile(truth[truth > 0], 99.9)
-    assert counted.sum() > 100
+    assert counted.sum() > 40  # so that no single pixel is the 95th percentile
     return np.abs(rendered - truth)[counted] / truth[counted]
 
 
-# Bounds of the relative error, median and p95. In Cycles single precision on the kernel's slopes gives a few tenths of
-# them. EEVEE truncates to half floats, and has twice the bounds.
-BOUNDS = {"cycles": (0.005, 0.02), "eevee": (0.01, 0.04)}
+# Bounds of the relative error, median and p95: twice what single precision on the kernel's slopes gives in Cycles, and
+# three times what EEVEE's normals of 10 bits and half floats give.
+BOUNDS = {"cycles": (1e-4, 0.002), "eevee": (0.003, 0.01)}
+# On a snake the tangents of EEVEE and Cycles differ by 0.007 (95th percentile; on the sphere by 0.0027).
+ENGINES = {"snake": ["cycles"]}
 
 
 @pytest.mark.short("sphere-two")
-@pytest.mark.parametrize(("form", "lights"), itertools.product(["plane", "sphere"], ["sun", "point", "two"]))
+@pytest.mark.parametrize(
+    ("form", "lights"), [*itertools.product(["plane", "sphere"], ["sun", "point", "two"]), ("snake", "two")]
+)
 def test_a_render_is_the_bake(stage, baked, form, lights):
     path, table = baked
     mesh, (location, target, angle) = shape(stage, form)
@@ -148,7 +156,8 @@ def test_a_render_is_the_bake(stage, baked, form, lights):
     lamps(stage, lights, target)
     assign(stage, mesh, path)
     truth, _ = expected(stage, mesh, table)
-    for engine, (median, p95) in BOUNDS.items():
+    for engine in ENGINES.get(form, BOUNDS):
+        median, p95 = BOUNDS[engine]
         error = relative_error(stage.rgb(engine, PIXELS), truth)
         print(f"{form} {lights} {engine}: median {np.median(error):.2%}, p95 {np.percentile(error, 95):.2%}")
         assert np.median(error) <= median

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The response of a bake's files: packs their pictures into the .blend and builds the Direct and World groups."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import bpy
@@ -56,7 +55,7 @@ def direct_response(path: Path) -> Response:
     )
     world = build_world_group(name, image, layout, draws=draws, rgb_from_xyz=matrix, lamp_table=lamps)
     note_pictures(world)
-    return replace(response, world=world)
+    return response._replace(world=world)
 
 
 def load_atlas(path: Path, *, half: bool, alpha: str = "NONE") -> bpy.types.Image:

@@ -11,7 +11,7 @@ frame (fitting_frames.py)."""
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import bpy
 
@@ -51,8 +51,7 @@ _running: _Running | None = None
 _failed: dict[str, GratingError] = {}
 
 
-@dataclass(frozen=True)
-class _Known:
+class _Known(NamedTuple):
     """Cached facts about a scene's world: its address (0 for none), the file's working space at that time, the
     fingerprint (empty if there is nothing to fit), and the addresses of the data-blocks that these depend on."""
 
