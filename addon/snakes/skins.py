@@ -142,17 +142,14 @@ def _elaphe(tree: Tree) -> Value:
     coat = skin.blend(skin.step(inside, 0.14, 0.18), coat, blotch)
     coat = skin.blend(skin.rim * 0.4, coat, (0.085, 0.045, 0.025))
     # Dark bars between the plates of the lips.
-    coat = _lips(skin, skin.blend(skin.lip * skin.rim * 2.0, coat, (0.03, 0.02, 0.015)), (0.46, 0.36, 0.24))
+    coat = skin.blend(skin.lip * skin.rim * 2.0, coat, (0.03, 0.02, 0.015))
+    # The pale lips are seen between their plates.
+    coat = skin.blend(skin.lip * (1.0 - skin.rim * 1.8) * (skin.random * 0.25 + 0.72), coat, (0.46, 0.36, 0.24))
     # Four in ten belly plates are dark except in their middle. The throat is plain.
     check = tree.math("LESS_THAN", skin.random, 0.4) * tree.math("LESS_THAN", skin.around, 0.93)
     check = check * tree.math("GREATER_THAN", u, 0.55)
     under = skin.blend(check, (0.50, 0.44, 0.35), (0.03, 0.026, 0.022))
     return skin.blend(skin.belly, coat, under)
-
-
-def _lips(skin: _Skin, coat: Value, pale: _Colour) -> Value:
-    """A coat with pale lips. It is seen between their plates."""
-    return skin.blend(skin.lip * (1.0 - skin.rim * 1.8) * (skin.random * 0.25 + 0.72), coat, pale)
 
 
 def _blotch(tree: Tree, along: Value, across: Value, *, half_length: float, half_width: float) -> Value:

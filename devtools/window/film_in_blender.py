@@ -5,7 +5,6 @@
 From Blender's start file the pointer presses Show Me for a CD, and drags the view around it. FOLDER gets a PNG of the
 3D view for each frame. SCREEN is the screen's picture file (display.py)."""
 
-import importlib
 import sys
 from pathlib import Path
 
@@ -18,6 +17,7 @@ from devtools.window.hands import (
     MOMENT,
     Steps,
     find_button,
+    look_installed,
     move,
     play,
     press_button,
@@ -74,8 +74,7 @@ def turn(x: int, y: int, steps: int) -> Steps:
 def story() -> Steps:
     yield LONG
     yield from press_in_view("ESC")  # the splash screen
-    # As in a Blender from blender.org with the zip: with all packages.
-    importlib.import_module("bl_ext.user_default.natural_gratings.addon.ui.installation").missing_line = str
+    look_installed()
     bpy.context.window_manager.natural_gratings_preset = "cd"
     bpy.context.preferences.view.show_tooltips = False
     scene = bpy.context.scene

@@ -4,6 +4,7 @@
 Steps are generators. Each yields the seconds that Blender gets before the next; play() runs them by Blender's timer. A
 button is found as a person finds it, by trying under the pointer: Ctrl-C over a button copies its command."""
 
+import importlib
 import os
 import struct
 import sys
@@ -11,11 +12,13 @@ import traceback
 import zlib
 from collections.abc import Generator, Iterator
 from pathlib import Path
+from types import ModuleType
 
 import bpy
 import numpy as np
 from bpy_extras.view3d_utils import location_3d_to_region_2d
 
+_ADDON = "bl_ext.user_default.natural_gratings.addon"
 # Seconds for an event, and for an event that builds a node group.
 MOMENT, LONG = 0.05, 1.0
 _ROW = 14  # pixels; a button is 20 high
@@ -28,6 +31,17 @@ _rows: dict[str, int] = {}
 _lines: list[str] = []
 
 Steps = Iterator[float]
+
+
+def part(name: str) -> ModuleType:
+    """A module of the extension's add-on."""
+    return importlib.import_module(f"{_ADDON}.{name}")
+
+
+def look_installed() -> None:
+    """Let the panel look as in a Blender from blender.org with the zip: with all packages, and with the manual."""
+    part("ui.installation").missing_line = str
+    part("ui.installation").MANUAL = Path(__file__)
 
 
 def window() -> bpy.types.Window:

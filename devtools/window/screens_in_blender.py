@@ -6,7 +6,6 @@ The steps are those of docs/first_steps.md: a new file, a scan, its bake, the me
 a PNG of the sidebar at each, and of menus and dialogs. SCREEN is the screen's picture file (display.py); its folder
 gets the scan."""
 
-import importlib
 import sys
 from math import sin
 from pathlib import Path
@@ -20,7 +19,9 @@ from devtools.window.hands import (
     Steps,
     click,
     find_button,
+    look_installed,
     move,
+    part,
     play,
     press_button,
     press_in_view,
@@ -34,21 +35,9 @@ from devtools.window.hands import (
 )
 
 FOLDER, SCREEN = (Path(argument) for argument in sys.argv[sys.argv.index("--") + 1 :])
-EXTENSION = "bl_ext.user_default.natural_gratings.addon"
 SCALE = 1.4  # of the interface, so that the pictures are sharp on a screen with small pixels
 SECOND = 1.0
 ROW = 28  # pixels from a row of the panel to the next, at this scale
-
-
-def part(name: str):
-    """A module of the extension."""
-    return importlib.import_module(f"{EXTENSION}.{name}")
-
-
-def look_installed() -> None:
-    """Let the panel look as in a Blender from blender.org with the zip: with all packages, and with the manual."""
-    part("ui.installation").missing_line = str
-    part("ui.installation").MANUAL = Path(__file__)
 
 
 def set_up() -> Steps:

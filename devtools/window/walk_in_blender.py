@@ -5,7 +5,6 @@ window and event simulation: `--python walk_in_blender.py -- FOLDER SCREEN`.
 The panel's buttons are pressed with the mouse, undo and redo with the keyboard. Each station asserts its result, and
 adds a picture of the window and a line to FOLDER/walk.md. SCREEN is the screen's picture file (display.py)."""
 
-import importlib
 import sys
 from pathlib import Path
 
@@ -20,6 +19,7 @@ from devtools.window.hands import (
     file_dialog,
     find_button,
     move,
+    part,
     play,
     press_button,
     press_in_view,
@@ -31,14 +31,8 @@ from devtools.window.hands import (
 from devtools.window.hands import window as first_window
 
 FOLDER, SCREEN = (Path(argument) for argument in sys.argv[sys.argv.index("--") + 1 :])
-EXTENSION = "bl_ext.user_default.natural_gratings.addon"
 SECOND = 1.0
 RENDERED = 3.0  # for the viewport's samples, on two shared processors
-
-
-def part(name: str):
-    """A module of the extension."""
-    return importlib.import_module(f"{EXTENSION}.{name}")
 
 
 def grating():
