@@ -58,19 +58,21 @@ VIEWS = {
 
 @dataclass(frozen=True)
 class Sun:
-    """A sun lamp: position in degrees, irradiance in W/m2, angular size in degrees."""
+    """A sun lamp: position in degrees, irradiance in W/m2, angular size in degrees, linear colour."""
 
     azimuth_deg: float
     elevation_deg: float
     strength: float
     angle_deg: float
+    colour: tuple[float, float, float] = (1.0, 1.0, 1.0)
 
 
 # A flash and a window. Xenopeltis diffracts across the body, so its flash stands square to the long runs: a streak of
 # colour follows the flash's white image along them. Elaphe diffracts along the body, so its flash stands at an angle to
-# the long runs. The window shows the skin.
+# the long runs. The window shows the skin. White lamps would make most of Xenopeltis's colours violet.
+_WARM = (1.0, 0.82, 0.54)
 SUNS = {
-    "XENOPELTIS": (Sun(93.0, 54.0, 3.6, 4.5), Sun(228.0, 66.0, 1.8, 16.0)),
+    "XENOPELTIS": (Sun(93.0, 54.0, 3.5, 4.5, _WARM), Sun(228.0, 66.0, 1.75, 16.0, _WARM)),
     "ELAPHE": (Sun(140.0, 44.0, 4.2, 2.5), Sun(215.0, 60.0, 2.0, 60.0)),
 }
 LONE_SUN = {"XENOPELTIS": Sun(-75.0, 58.0, 7.0, 0.53), "ELAPHE": Sun(-35.0, 45.0, 6.0, 1.5)}
@@ -120,7 +122,9 @@ def build(
         for index, sun in enumerate(SUNS[species] if view.light == "suns" else (LONE_SUN[species],)):
             at = Towards(sun.azimuth_deg, sun.elevation_deg, 2.0)
             name = f"Sun {index + 1}"
-            add_key(scene, name, at, target=view.target, strength=sun.strength, angle_deg=sun.angle_deg)
+            add_key(
+                scene, name, at, target=view.target, strength=sun.strength, angle_deg=sun.angle_deg, colour=sun.colour
+            )
         dusk = wrap_in_dusk(scene, 0.15 if view.light == "suns" else 0.05)
     camera = add_camera(scene, view.camera, view.target, view.lens_mm)
     camera.data.dof.use_dof, camera.data.dof.focus_distance = view.fstop > 0, view.camera.distance_m

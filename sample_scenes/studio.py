@@ -66,10 +66,11 @@ def add_key(
     target: tuple[float, float, float],
     strength: float,
     angle_deg: float,
+    colour: tuple[float, float, float] = (1.0, 1.0, 1.0),
 ) -> bpy.types.Object:
     """A sun lamp with the angular size `angle_deg`, so distant that every scale sees it in one direction."""
     light = bpy.data.lights.new(name, "SUN")
-    light.energy, light.angle = strength, radians(angle_deg)
+    light.energy, light.angle, light.color = strength, radians(angle_deg), colour
     lamp = add_object(scene, name, light)
     face(lamp, at, target)
     return lamp

@@ -106,7 +106,7 @@ def taylor_maps(surface: str) -> list[Map]:
     thesis = "brdfmap__flss_" + {"elaphe": "elaphe", "xenopeltis": "xeno"}[surface] + "_taylor__"
     return [
         Map(
-            f"taylor-{surface}-{n}", f"n = 0 to {n}" if n else "n = 0", f"{surface}, cut", "flss-about-mean",
+            f"taylor-{surface}-{n}", f"n ≤ {n}", f"{surface}, cut", "flss-about-mean",
             {"terms": n + 1, "dtype": np.float64}, thesis=f"{thesis}{n}",
             # Beside the dot of n = 0 there is nothing but rounding errors.
             percentile=99.5 if n else 100,
