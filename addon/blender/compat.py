@@ -9,6 +9,8 @@ HAS_RAYCAST = bpy.app.version >= (5, 1, 0)
 EEVEE_READS_VERTEX_GROUPS = bpy.app.version >= (5, 2, 0)
 # Whether EEVEE computes what depends on constants alone before it writes a shader. Only 4.5 and 5.2 were tried.
 EEVEE_EVALUATES_CONSTANTS = bpy.app.version >= (5, 2, 0)
+# Whether EEVEE draws the sun of a Sky Texture with its disc on. 5.2 does not, 5.3 does.
+EEVEE_DRAWS_SUN_DISC = bpy.app.version >= (5, 3, 0)
 # So many lamps with a place leave a material room in Cycles, whose shaders hold 255 numbers at once. In 4.5 what
 # depends on a Bump node is computed last, and all lamps wait for it.
 LAMPS_IN_CYCLES = 32 if bpy.app.version >= (5, 0, 0) else 12

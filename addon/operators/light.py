@@ -27,7 +27,8 @@ class AddSun(Acts, bpy.types.Operator):
 
 class AddSkySun(Acts, bpy.types.Operator):
     """Add a sun lamp with the direction, size, colour and strength of the sky's sun, and switch the Sky Texture's Sun
-    Disc off. In EEVEE the disc lights only gratings, and the lamp lights everything. Takes some seconds"""
+    Disc off. In EEVEE before Blender 5.3 the disc lights only gratings, and the lamp lights everything. Takes some
+    seconds"""
 
     bl_idname = "grating.add_sky_sun"
     bl_label = "Add Sun Lamp for the Sky"

@@ -219,11 +219,17 @@ def _of_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> SceneFa
         ),
         world=_world(scene),
         has_frames=bool(fitted_frames(scene)),
-        dark_disc=scene.render.engine == compat.eevee_engine() and sky_with_disc(scene.world) is not None,
+        dark_disc=_is_disc_dark(scene),
         features=(*unfollowed_features(scene, lamps), *linked_with_fewer_lamps(scene), *ungrouped),
         instanced=tuple(instanced_lamps(depsgraph)),
         wrong=tuple(wrong_colours(scene)),
     )
+
+
+def _is_disc_dark(scene: bpy.types.Scene) -> bool:
+    """Whether the scene's engine draws its sky without the sun disc."""
+    in_eevee = scene.render.engine == compat.eevee_engine() and not compat.EEVEE_DRAWS_SUN_DISC
+    return in_eevee and sky_with_disc(scene.world) is not None
 
 
 def _world(scene: bpy.types.Scene) -> str:

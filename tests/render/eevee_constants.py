@@ -23,7 +23,8 @@ from precompute.world_sources.sources import Source
 _COHERENCE_M = 30e-6
 _SOURCE = Source(np.array((0.0, 0.6, 0.8)), np.array((3.0, 2.0, 1.0)), 1e-4)
 # Size and alignment in bytes of the types of a block's members (std140).
-_TYPES = {"float": (4, 4), "int": (4, 4), "vec2": (8, 8), "vec3": (12, 16), "vec4": (16, 16), "mat4": (64, 16)}
+_NUMBERS = dict.fromkeys(("float", "int", "bool"), (4, 4))
+_TYPES = _NUMBERS | {"vec2": (8, 8), "vec3": (12, 16), "vec4": (16, 16), "mat4": (64, 16)}
 
 
 def main(folder: Path) -> None:
