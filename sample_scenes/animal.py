@@ -69,8 +69,8 @@ class Sun:
 
 # A flash and a window. Xenopeltis diffracts across the body, so its flash stands square to the long runs: a streak of
 # colour follows the flash's white image along them. Elaphe diffracts along the body, so its flash stands at an angle to
-# the long runs. The window shows the skin. A warmer light would leave less violet on
-# Xenopeltis, but makes its skin and soil amber.
+# the long runs. The window shows the skin. A warmer light would leave less violet on Xenopeltis, but makes its skin and
+# soil amber.
 _WARM = (1.0, 0.91, 0.78)
 SUNS = {
     "XENOPELTIS": (Sun(93.0, 54.0, 3.5, 4.5, _WARM), Sun(228.0, 66.0, 1.75, 16.0, _WARM)),
