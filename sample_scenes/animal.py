@@ -23,7 +23,7 @@ from precompute.cli.arguments import count
 from precompute.cli.parser import OneLineParser
 
 from .sets import SETS, add_set, stops
-from .stage import add_object, clean_scene, light_by_sky, surround_by
+from .stage import add_object, clean_scene, surround_by
 from .studio import Towards, add_camera, add_key, settings, wrap_in_dusk
 
 SPECIES = ("XENOPELTIS", "ELAPHE")
@@ -32,7 +32,7 @@ TURNTABLE_FRAMES = 48
 
 @dataclass(frozen=True)
 class View:
-    """A view of the animal: camera, target, lens, light (suns, one sun, sky or a room's panorama), exposure in stops,
+    """A view of the animal: camera, target, lens, light (suns, one sun or a room's panorama), exposure in stops,
     the set on which the animal lies, and the lens's f-stop (0: everything is sharp)."""
 
     camera: Towards
@@ -47,7 +47,6 @@ class View:
 _LOOPS = (-0.03, -0.045, 0.015)
 VIEWS = {
     "hero": View(Towards(-90.0, 34.0, 0.60), (-0.034, -0.024, 0.012), 112.0, exposure=1.15, fstop=16.0),
-    "sky": View(Towards(-88.0, 32.0, 0.60), (-0.045, -0.035, 0.014), 95.0, light="sky"),
     "macro": View(Towards(-88.0, 36.0, 0.35), (-0.03, -0.043, 0.022), 240.0, exposure=0.9, fstop=32.0),
     # As in the thesis: seen from straight above, under one small sun at an angle to the body.
     "close": View(Towards(-90.0, 89.0, 0.40), (-0.01, -0.034, 0.022), 280.0, light="one sun", exposure=0.3),
@@ -117,8 +116,6 @@ def build(
         picture = bpy.data.images.load(str(panorama.resolve()))
         picture.pack()
         surround_by(scene, "Room", picture)
-    elif view.light == "sky":
-        light_by_sky(scene, SUNS[species][0].azimuth_deg, SUNS[species][0].elevation_deg)
     else:
         for index, sun in enumerate(SUNS[species] if view.light == "suns" else (LONE_SUN[species],)):
             at = Towards(sun.azimuth_deg, sun.elevation_deg, 2.0)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The main job from end to end: `./dev demo`. It bakes a scan, lays it over a snake's skin, and renders it under suns.
-The sample is also rendered under a sky, and its spectrum is thrown on a wall, with white light and with a laser.
+The spectrum of the scan is thrown on a wall, with white light and with a laser. Without the real scan's file, the
+sample that imitates it takes its place.
 
 Every step is a command that a user can type: `python -m precompute` for the bake and the map, and Blender in background
 with `--command grating` to assign and render. A report of one page has the figures and the pictures."""
@@ -13,7 +14,6 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
 
@@ -24,12 +24,10 @@ from precompute.cli.arguments import count
 from precompute.cli.parser import OneLineParser
 
 
-def write_report(output: Path, results: list[dict], seconds: dict[str, float], machine: str) -> Path:
+def write_report(output: Path, result: dict, seconds: dict[str, float], machine: str) -> Path:
     """Write report.md into `output` and return its path."""
     lines = ["# Natural Gratings: from scan to snake", "", f"Made by `./dev demo` on {machine}.", ""]
-    for result in results:
-        lines += section(output, result)
-    lines += ["## Time", "", "| step | seconds |", "|---|---|"]
+    lines += [*section(output, result), "## Time", "", "| step | seconds |", "|---|---|"]
     lines += [f"| {step} | {value:.1f} |" for step, value in seconds.items()]
     path = output / "report.md"
     path.write_text("\n".join(lines) + "\n")
@@ -65,37 +63,24 @@ def section(output: Path, result: dict) -> list[str]:
 
 
 LASER = "532nm"
-# Views of animal.py in the demo, and the number of faces of its snake.
-VIEWS = {"snake": "hero", "sky": "sky"}
 FACES = 120_000
 SCANS = ROOT.parent / "shared" / "data" / "snake"
-
-
-@dataclass(frozen=True)
-class Subject:
-    """A height map of the demo: title, FILE, options, folder for the results, the snake's species, and keys of
-    PICTURES."""
-
-    title: str
-    file: str
-    options: tuple[str, ...]
-    folder: Path
-    species: str
-    pictures: tuple[str, ...] = ("snake",)
-
-
-# The thesis's scans, both 65 um wide: title, file, height in nanometres from black to white, species.
-REAL_SCANS = (
-    ("Elaphe guttata, AFM scan", "elaphe_65um.png", "375", "ELAPHE"),
-    ("Xenopeltis unicolor, AFM scan", "xenopeltis_65um.png", "818.69", "XENOPELTIS"),
-)
+# The thesis's scans, both 65 um wide: file, and height in nanometres from black to white.
+REAL_SCANS = {"elaphe": ("elaphe_65um.png", "375"), "xenopeltis": ("xenopeltis_65um.png", "818.69")}
 # Each picture's title in the report, and its file.
 PICTURES = {
     "snake": ("Cycles, under suns", "snake_cycles.png"),
-    "sky": ("Cycles, under a clear sky", "snake_cycles_sky.png"),
     "wall": ("Cycles, its spectrum on a wall", "wall.png"),
     "laser": ("Cycles, a green laser's orders on the wall", "wall_laser.png"),
 }
+
+
+def scan_or_sample(name: str, scans: Path = SCANS) -> list[str]:
+    """FILE and options of the real scan of a species if it is in the folder `scans`, else the sample like it."""
+    file, height_nm = REAL_SCANS.get(name, ("", ""))
+    if file and (scans / file).is_file():
+        return [str(scans / file), "--size-um", "65", "--height-nm", height_nm]
+    return [f"sample:{name}"]
 
 
 class Stopwatch:
@@ -130,73 +115,38 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--output", type=Path, required=True, metavar="DIR")
     parser.add_argument("--bpy", choices=[e.blender_version for e in ALL], help="the bpy wheel to render with")
     parser.add_argument("--blender", type=Path, help="the Blender binary to render with")
-    parser.add_argument("--samples", type=count(1, 1 << 20), default=12, help="Cycles samples a pixel; default 12")
+    parser.add_argument("--samples", type=count(1, 1 << 20), default=8, help="Cycles samples a pixel; default 8")
     parser.add_argument("--width", type=count(4, 8192), default=480)
     arguments = parser.parse_args(argv)
     output = arguments.output.resolve()
     output.mkdir(parents=True, exist_ok=True)
     watch = Stopwatch()
-    results = []
-    for subject in subjects(output):
-        subject.folder.mkdir(parents=True, exist_ok=True)
-        results.append(run_subject(subject, arguments, watch))
-    report = write_report(output, results, watch.seconds, platform.platform())
-    print(report)
+    result = run(output, arguments, watch)
+    print(write_report(output, result, watch.seconds, platform.platform()))
     return 0
 
 
-def subjects(output: Path, scans: Path = SCANS) -> list[Subject]:
-    """The shipped sample, and each real scan that is in the folder `scans`."""
-    found = [Subject("Elaphe-like sample", "sample:elaphe", (), output, "ELAPHE", tuple(PICTURES))]
-    for title, name, height_nm, species in REAL_SCANS:
-        file = scans / name
-        if file.is_file():
-            options = ("--size-um", "65", "--height-nm", height_nm)
-            found.append(Subject(title, str(file), options, output / file.stem, species))
-        else:
-            print(f"no {name} in ../shared/data/snake: without {title}", flush=True)
-    return found
-
-
-def run_subject(subject: Subject, arguments, watch: Stopwatch) -> dict:
-    """Bake, map and render one height map. Returns the facts for the report."""
-    folder, name = subject.folder, subject.title
+def run(output: Path, arguments, watch: Stopwatch) -> dict:
+    """Bake, map and render a corn snake's scan. Returns the facts for the report."""
     precompute = [sys.executable, "-m", "precompute"]
-    height_map = [subject.file, *subject.options]
-    info = watch.run(f"{name}: info", [*precompute, "info", *height_map, "--json", "-"])
-    bake = json.loads(watch.run(f"{name}: bake", [*precompute, "bake", *height_map, "-o", folder, "--json", "-"]))
-    baked = Path(bake["files"][0])
-    watch.run(f"{name}: map", [*precompute, "map", baked, "-o", folder / "brdf_map.png"])
-    pictures = {}
-    for kind in subject.pictures:
-        title, file = PICTURES[kind]
-        pictures[title] = folder / file
-        if kind in VIEWS:
-            render_snake(f"{name}: {kind}", baked, (VIEWS[kind], subject.species), folder / file, arguments, watch)
-            continue
-        if kind == "laser":
-            laser = [*precompute, "bake", *height_map, "--illuminant", LASER, "-o", folder / "laser", "--json", "-"]
-            baked = json.loads(watch.run(f"{name}: bake for a laser", laser))["files"][0]
-        render_wall(f"{name}: {kind}", baked, folder / file, arguments=arguments, watch=watch)
-    return {"title": name, "info": json.loads(info), "bake": bake, "folder": folder, "pictures": pictures}
-
-
-def render_snake(
-    step: str, baked: Path, look: tuple[str, str], picture: Path, arguments, watch: Stopwatch
-) -> None:  # fmt: skip
-    """Build the scene of a snake, lay the bake over its skin, and render. `look` is the view and the species."""
-    view, species = look
-    stage = ["animal.py", "--view", view, "--species", species, "--faces", FACES]
-    edits = (["assign", baked, "--object", "Snake", "--over"],)
-    render_scene(step, picture, [stage], edits=edits, samples=arguments.samples, arguments=arguments, watch=watch)
-
-
-def render_wall(step: str, baked: Path, picture: Path, *, arguments, watch: Stopwatch) -> None:
-    """Build the scene of a grating before a wall, assign the bake, add a Diffraction Lamp, and render. The spectrum is
-    noise-free, so an eighth of the samples is enough."""
-    edits = (["assign", baked, "--object", "Carrier", "--lights", "lamps"], ["diffraction-lamp", "--object", "Carrier"])
-    samples = max(1, arguments.samples // 8)
-    render_scene(step, picture, [["wall.py"]], edits=edits, samples=samples, arguments=arguments, watch=watch)
+    height_map = scan_or_sample("elaphe")
+    info = json.loads(watch.run("info", [*precompute, "info", *height_map, "--json", "-"]))
+    bake = json.loads(watch.run("bake", [*precompute, "bake", *height_map, "-o", output, "--json", "-"]))
+    baked = bake["files"][0]
+    watch.run("map", [*precompute, "map", baked, "-o", output / "brdf_map.png"])
+    laser = [*precompute, "bake", *height_map, "--illuminant", LASER, "-o", output / "laser", "--json", "-"]
+    by_laser = json.loads(watch.run("bake for a laser", laser))["files"][0]
+    given = {"samples": arguments.samples, "arguments": arguments, "watch": watch}
+    files = {name: output / file for name, (_, file) in PICTURES.items()}
+    stage = ["animal.py", "--species", "ELAPHE", "--faces", FACES]
+    over = (["assign", baked, "--object", "Snake", "--over"],)
+    render_scene("snake", files["snake"], [stage], edits=over, **given)
+    for name, file in (("wall", baked), ("laser", by_laser)):
+        assign = ["assign", file, "--object", "Carrier", "--lights", "lamps"]
+        edits = (assign, ["diffraction-lamp", "--object", "Carrier"])
+        render_scene(name, files[name], [["wall.py"]], edits=edits, **given)
+    pictures = {title: files[name] for name, (title, _) in PICTURES.items()}
+    return {"title": Path(height_map[0]).name, "info": info, "bake": bake, "folder": output, "pictures": pictures}
 
 
 def render_scene(

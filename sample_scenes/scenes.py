@@ -14,7 +14,7 @@ from devtools.environments import ALL
 from precompute.cli.arguments import count
 from precompute.cli.parser import OneLineParser
 from precompute.surface.samples.catalogue import matter_of
-from sample_scenes.demo import LASER, REAL_SCANS, SCANS, Stopwatch, render_scene
+from sample_scenes.demo import LASER, Stopwatch, render_scene, scan_or_sample
 
 # Scenes without sun lamps; what a snake can lie on (sets.py); and the lights of relight.py, which replace sun lamps.
 # sets.py and relight.py themselves run only in Blender.
@@ -111,7 +111,7 @@ def make(name: str, scene: SampleScene, output: Path, *, arguments: argparse.Nam
     lights += ["--no-shadows"] if arguments.no_shadows else []
 
     for shown, file in scene.bakes.items():
-        height_map = _height_map(file) if scene.scan else [file]
+        height_map = scan_or_sample(file.removeprefix("sample:")) if scene.scan else [file]
         folder = output / "bakes" / f"{Path(height_map[0]).name.replace(':', '_')}_{scene.illuminant}_{scene.matter}"
         folder.mkdir(parents=True, exist_ok=True)
         command = [sys.executable, "-m", "precompute", "bake", *height_map, "-o", folder, "--json", "-"]
@@ -126,14 +126,6 @@ def make(name: str, scene: SampleScene, output: Path, *, arguments: argparse.Nam
     samples = arguments.samples or scene.samples
     render_scene(name, picture, stages, edits=edits, samples=samples, arguments=arguments, watch=watch)
     return picture
-
-
-def _height_map(file: str) -> list[str]:
-    """The real scan that a sample imitates, with its size, if its file is present; else the sample."""
-    for _, scan, height_nm, _ in REAL_SCANS:
-        if scan.startswith(file.removeprefix("sample:")) and (SCANS / scan).is_file():
-            return [str(SCANS / scan), "--size-um", "65", "--height-nm", height_nm]
-    return [file]
 
 
 if __name__ == "__main__":

@@ -221,23 +221,25 @@ def left_by_table(tree: Tree, light: Light, share: Value | float, *, direction: 
     if isinstance(light, WholeLamp):
         shape = light.is_area, light.is_round, light.away, *light.axes
         given |= {socket.name: value for socket, value in zip(SHAPE, shape, strict=True)}
-    return tree.group(left_group(), given)[_LEFT.name]
+    return tree.group(left_group(is_whole=isinstance(light, WholeLamp)), given)[_LEFT.name]
 
 
-def left_group() -> bpy.types.NodeTree:
-    """The file's group of the light that a lamp leaves for a closure, created if needed."""
-    return shared_group(_NAME, (_DIRECTION, *_LIGHT, *SHAPE), (_LEFT,), build=_add_left)
+def left_group(*, is_whole: bool) -> bpy.types.NodeTree:
+    """The file's group of the light that a lamp, or a WholeLamp, leaves for a closure; created if needed."""
+    name, shape = (f"{_NAME} of Area", SHAPE) if is_whole else (_NAME, ())
+    return shared_group(name, (_DIRECTION, *_LIGHT, *shape), (_LEFT,), build=_add_left)
 
 
 def _add_left(tree: Tree) -> None:
     """The nodes of the group."""
     direction, towards, irradiance, variance, share, *shape = tree.inputs().values()
-    is_area, is_round, away, z, x, y = shape
-    lamp = WholeLamp(towards, irradiance, variance, 0.0, share, is_area, is_round, away, (z, x, y))
     shines = tree.math("GREATER_THAN", tree.dot(irradiance, (1.0, 1.0, 1.0)), 0.0)
     beside = variance.times_plus(_CONE, tree.dot(towards, direction))  # above 1 within the cone
     within = tree.math("GREATER_THAN", beside, 1.0)
-    within = (lamp.is_met(direction) - within) * is_area + within
+    if shape:
+        is_area, is_round, away, z, x, y = shape
+        lamp = WholeLamp(towards, irradiance, variance, 0.0, share, is_area, is_round, away, (z, x, y))
+        within = (lamp.is_met(direction) - within) * is_area + within
     tree.output(1.0 - shines * share * within)
 
 

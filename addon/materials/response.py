@@ -202,12 +202,14 @@ class Response(NamedTuple):
 
     def to_lamp(self, tree: Tree, question: Mapping[Socket, Operand], *, number: int = 1) -> Emission:
         """Add the response's node for a lamp and return its emission. `question` has a value for each socket of
-        QUESTION, and for SPECTRUM if the lamp may have one. `number` distinguishes the responses in one tree."""
+        QUESTION, and for SPECTRUM if the lamp may have one. `number` distinguishes the responses in one tree.
+
+        A ZERO_ORDER of 0 links no mirror image: EEVEE would compute it, and multiply it by 0."""
         outputs = self._asked(tree, question, _numbered(_LABEL, number))
         own = OF_LAMP if SPECTRUM in question and self.is_spectral else {}
+        mirrored = () if question[ZERO_ORDER] == 0.0 else (MIRRORED, MIRRORED_SHARE)
         radiance, *others = (
-            outputs.get(own.get(socket, socket).name)
-            for socket in (RADIANCE, COARSER, COARSER_SHARE, MIRRORED, MIRRORED_SHARE)
+            outputs.get(own.get(socket, socket).name) for socket in (RADIANCE, COARSER, COARSER_SHARE, *mirrored)
         )
         assert radiance is not None  # every response has it
         return Emission(radiance, *others)

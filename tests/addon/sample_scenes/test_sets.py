@@ -46,7 +46,7 @@ def test_a_set_holds_what_it_is_named_for(scene, name, monkeypatch):
 @pytest.mark.parametrize(("options", "name"), [((), "soil"), (("--set", "turntable"), "turntable")])
 def test_the_command_line_chooses_a_set_else_the_view_does(scene, options, name, tmp_path, monkeypatch):
     monkeypatch.setattr(soil, "_CRUMBS", 5000)
-    animal.main(["--output", str(tmp_path / "a.blend"), "--view", "sky", "--faces", "11000", *options])
+    animal.main(["--output", str(tmp_path / "a.blend"), "--view", "hero", "--faces", "11000", *options])
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "a.blend"))
     assert HOLDS[name] <= set(bpy.data.objects.keys())
     assert ("Soil" in bpy.data.objects) == (name == "soil")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The demo: its scans, its report, its scenes of a wall and under a sky."""
+"""The demo: its scan, its report, its scene of a wall; and a sky."""
 
 import subprocess
 import sys
@@ -34,14 +34,12 @@ def test_the_scene_of_a_wall_has_what_the_demo_names(tmp_path):
     assert bpy.data.objects["Carrier"].data.uv_layers
 
 
-def test_the_demo_takes_the_scans_that_are_there(tmp_path, capsys):
-    (tmp_path / "xenopeltis_65um.png").touch()
-    sample, scan = demo.subjects(tmp_path / "out", scans=tmp_path)
-    assert sample.file == "sample:elaphe"
-    assert (scan.file, scan.folder) == (str(tmp_path / "xenopeltis_65um.png"), tmp_path / "out" / "xenopeltis_65um")
-    assert scan.options == ("--size-um", "65", "--height-nm", "818.69")
-    assert (scan.species, scan.pictures) == ("XENOPELTIS", ("snake",))
-    assert "no elaphe_65um.png" in capsys.readouterr().out
+def test_the_demo_takes_the_scan_that_is_there(tmp_path):
+    assert demo.scan_or_sample("xenopeltis", tmp_path) == ["sample:xenopeltis"]
+    scan = tmp_path / "xenopeltis_65um.png"
+    scan.touch()
+    assert demo.scan_or_sample("xenopeltis", tmp_path) == [str(scan), "--size-um", "65", "--height-nm", "818.69"]
+    assert demo.scan_or_sample("cd", tmp_path) == ["sample:cd"]
 
 
 @pytest.mark.parametrize("count", [3, 5])

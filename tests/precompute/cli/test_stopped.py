@@ -125,7 +125,7 @@ def test_a_run_that_waits_for_another_ends_too(start, tmp_path, cache_folder):
 def test_a_signal_to_the_demo_ends_its_step(tmp_path, name):
     line = [sys.executable, str(ROOT / "dev"), "demo", "--output", str(tmp_path / "demo")]
     with subprocess.Popen(line, env=project_environment(), stdout=subprocess.PIPE, text=True) as demo:
-        while ": bake ..." not in demo.stdout.readline():
+        while "bake ..." not in demo.stdout.readline():
             assert demo.poll() is None
         time.sleep(2)
         demo.send_signal(getattr(signal, name))
