@@ -46,8 +46,8 @@ class View:
 
 _LOOPS = (-0.03, -0.045, 0.015)
 VIEWS = {
-    "hero": View(Towards(-90.0, 34.0, 0.60), (-0.034, -0.024, 0.012), 112.0, exposure=1.15, fstop=16.0),
-    "macro": View(Towards(-88.0, 36.0, 0.35), (-0.03, -0.043, 0.022), 240.0, exposure=0.9, fstop=32.0),
+    "hero": View(Towards(-90.0, 34.0, 0.60), (-0.034, -0.024, 0.012), 112.0, exposure=1.3, fstop=16.0),
+    "macro": View(Towards(-88.0, 36.0, 0.35), (-0.03, -0.043, 0.022), 240.0, exposure=1.1, fstop=32.0),
     # As in the thesis: seen from straight above, under one small sun at an angle to the body.
     "close": View(Towards(-90.0, 89.0, 0.40), (-0.01, -0.034, 0.022), 280.0, light="one sun", exposure=0.3),
     "room": View(Towards(-95.0, 43.0, 0.42), _LOOPS, 50.0, light="room", exposure=1.3),
@@ -70,9 +70,9 @@ class Sun:
 # colour follows the flash's white image along them. Elaphe diffracts along the body, so its flash stands at an angle to
 # the long runs. The window shows the skin. A warmer light would leave less violet on Xenopeltis, but makes its skin and
 # soil amber.
-_WARM = (1.0, 0.91, 0.78)
+_WARM = (1.0, 0.88, 0.70)
 SUNS = {
-    "XENOPELTIS": (Sun(93.0, 54.0, 3.5, 4.5, _WARM), Sun(228.0, 66.0, 1.75, 16.0, _WARM)),
+    "XENOPELTIS": (Sun(93.0, 54.0, 2.0, 4.5, _WARM), Sun(228.0, 66.0, 2.0, 16.0, _WARM)),
     "ELAPHE": (Sun(140.0, 44.0, 4.2, 2.5), Sun(215.0, 60.0, 2.0, 60.0)),
 }
 LONE_SUN = {"XENOPELTIS": Sun(-75.0, 58.0, 7.0, 0.53), "ELAPHE": Sun(-35.0, 45.0, 6.0, 1.5)}

@@ -55,7 +55,7 @@ VIEWS = {
     "ball": View(Towards(-90.0, 24.0, 0.5), BALL_RADIUS_M),
     "disc": View(Towards(-90.0, 40.0, 0.56), 0.014, -1.0),
     "record": View(Towards(-90.0, 40.0, 0.56), 0.014),
-    "sheet": View(Towards(-90.0, 30.0, 0.52), 0.042),
+    "sheet": View(Towards(-90.0, 30.0, 0.52), 0.042, -1.5),
 }
 
 

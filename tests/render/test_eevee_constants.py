@@ -18,13 +18,13 @@ from .world_scenes import add_ball, add_soft_boxes, assign, look_at_ball
 @pytest.mark.night("tests/addon/nodes/test_eevee_constants.py")
 def test_the_count_is_never_below_blenders_own(tmp_path):
     """A material that is counted to fit must not be magenta. The count includes 1 to 6 % that Blender does without, and
-    from 5.3 on 40 %: there Blender does without many of the inputs that a node's operation does not use."""
+    from 5.3 on 12 %: there Blender does without what is multiplied by 0."""
     command = [sys.executable, "-m", "tests.render.eevee_constants", str(tmp_path)]
     told = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True).stdout
     counted, *blender = map(int, told.splitlines()[-1].split())
     if not blender:
         pytest.skip("this driver does not write shaders to files")
-    most = 1.1 if bpy.app.version < (5, 3, 0) else 1.5
+    most = 1.1 if bpy.app.version < (5, 3, 0) else 1.15
     assert blender[0] <= counted <= most * blender[0]
 
 
