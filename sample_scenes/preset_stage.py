@@ -44,7 +44,8 @@ SHEET_TILT_DEG = 48.0
 
 @dataclass(frozen=True)
 class View:
-    """Where the camera stands, the height of the point that it looks at, and the exposure in the studio in stops."""
+    """Where the camera stands, the height of the point that it looks at, and how much brighter the studio is in stops. It
+    is not an exposure, with which EEVEE dims what is sampled at random."""
 
     camera: Towards
     target_m: float
@@ -98,6 +99,7 @@ def build(scene: bpy.types.Scene, shape: str, light: str) -> None:
     else:
         add_smooth(ball())
     target = (0.0, 0.0, VIEWS[shape].target_m)
+    brighter = 2.0 ** VIEWS[shape].studio_stops if light == "studio" else 1.0
     if light == "suns":
         for azimuth, elevation in SUNS[shape]:
             at = Towards(azimuth, elevation, BOX_DISTANCE_M)
@@ -105,12 +107,10 @@ def build(scene: bpy.types.Scene, shape: str, light: str) -> None:
     else:
         for azimuth, elevation, power in BOXES:
             at = Towards(azimuth, elevation, BOX_DISTANCE_M)
-            add_softbox(scene, "Soft Box", at, target=target, size_m=BOX_M, power_w=power)
-    wrap_in_dusk(scene, DUSK[light])
+            add_softbox(scene, "Soft Box", at, target=target, size_m=BOX_M, power_w=power * brighter)
+    wrap_in_dusk(scene, DUSK[light] * brighter)
     add_camera(scene, VIEWS[shape].camera, target, LENS_MM)
     settings(scene)
-    if light == "studio":
-        scene.view_settings.exposure = VIEWS[shape].studio_stops
 
 
 def main(argv: list[str]) -> None:
