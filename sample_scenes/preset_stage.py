@@ -44,8 +44,8 @@ SHEET_TILT_DEG = 48.0
 
 @dataclass(frozen=True)
 class View:
-    """Where the camera stands, the height of the point that it looks at, and how much brighter the studio is in stops. It
-    is not an exposure, with which EEVEE dims what is sampled at random."""
+    """Where the camera stands, the height of the point that it looks at, and how much brighter the studio is, in stops.
+    It is no exposure: with one, EEVEE dims what is sampled at random."""
 
     camera: Towards
     target_m: float
