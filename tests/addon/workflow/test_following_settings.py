@@ -67,6 +67,17 @@ def test_colours_of_another_working_space_are_told(addon, scene, grating, nodes,
     assert addon.data_pictures.wrong_colours(scene) == []
 
 
+def test_an_exposure_with_which_eevee_dims_area_lamps_is_told(addon, scene, grating):
+    scene.collection.objects.link(bpy.data.objects.new("Box", bpy.data.lights.new("Box", "AREA")))
+    assert bpy.ops.grating.assign() == {"FINISHED"}
+    for exposure, engine, lines in ((0.0, "eevee", 0), (-1.5, "eevee", 1), (-1.5, "cycles", 0)):
+        scene.view_settings.exposure = exposure
+        scene.render.engine = "CYCLES" if engine == "cycles" else addon.compat.eevee_engine()
+        told = addon.data_pictures.wrong_colours(scene)
+        assert len([line for line in told if "at an exposure other than 0" in line]) == lines
+    scene.view_settings.exposure = 0.0
+
+
 def test_a_linked_scene_keeps_its_own_lamps(addon, scene, grating, tmp_path, monkeypatch):
     """Its lamps were followed in its own file, and what is linked cannot be written."""
     path = tmp_path / "library.blend"
