@@ -116,9 +116,9 @@ def _xenopeltis(tree: Tree) -> Value:
     plate = plate * (skin.random * 0.5 + 0.75) * (skin.noise(9.0) * 0.9 + 0.55)
     pale = skin.step(skin.around + skin.random * 0.10, 0.57, 0.66)
     plate = skin.blend(pale, plate, (0.60, 0.53, 0.44))
-    rim = skin.blend(side, (0.085, 0.066, 0.057), (0.47, 0.37, 0.29))
+    rim = skin.blend(side, (0.086, 0.055, 0.044), (0.43, 0.315, 0.235))
     worn = skin.step(skin.noise(4.0) * 0.5 + skin.noise(70.0, detail=3.0) * 0.5, 0.42, 0.60)
-    coat = skin.blend(skin.step(skin.rim, 0.47, 0.9) * (worn * 0.7 + 0.2), plate, rim)
+    coat = skin.blend(skin.step(skin.rim, 0.53, 0.95) * (worn * 0.7 + 0.1), plate, rim)
     coat = skin.blend(skin.lip * skin.rim * 2.0, coat, (0.60, 0.53, 0.44))
     return skin.blend(skin.belly, coat, (0.62, 0.57, 0.50))
 
