@@ -339,7 +339,7 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
     reliefs = list(enumerate(zip(responses, areas, strict=True), start=1))
     # Unlinked nodes cost nothing. They keep groups in the file that more lamps, or an area lamp, need later: Blender's
     # undo would lose a group that a handler makes.
-    left = (left_group(is_whole=is_whole) for is_whole in (False, True))
+    left = left_group(is_whole=False), left_group(is_whole=True)
     for made in (lamp_group(), either_group(), lamp_and_point_group(), *left):
         tree.group(made)
     # Likewise the response's World group, while it is unused.
