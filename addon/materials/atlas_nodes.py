@@ -54,6 +54,38 @@ class Direction:
         return cls(*(tree.dot(direction, axis) for axis in frame))
 
 
+@dataclass(frozen=True)
+class Atlas:
+    """A picture with the atlas of a bake, or with those of several of one layout, one above the other. `layer` is the
+    number of the one to read, counted from the lowest; None if there is one."""
+
+    image: bpy.types.Image
+    layout: Layout
+    layers: int = 1
+    layer: Value | None = None
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Columns and rows of the picture."""
+        return self.layout.width, self.layout.height * self.layers
+
+    def raised(self, y: float) -> Operand:
+        """A place in the lowest layer, as a share of the picture's rows, in the layer to read."""
+        return y if self.layer is None else self.layer.times_plus(1 / self.layers, y)
+
+
+def of_layer(layer: Value | None, values: Sequence[float]) -> Value | float:
+    """The layer's own of the values: a constant if all are equal, else the polynomial through all of them."""
+    if layer is None or len(set(values)) == 1:
+        return values[0]
+    powers = np.vander(range(len(values)), increasing=True)
+    first, *others, last = np.linalg.solve(powers, values).tolist()
+    total: Operand = last
+    for each in reversed(others):
+        total = layer.times_plus(total, each)
+    return layer.times_plus(total, first)
+
+
 # Sums of at most this many Chebyshev polynomials are evaluated as powers, whose coefficients are then at most 20.
 _FEW = 6
 # The least of a table's likely light over its scale.
@@ -73,13 +105,14 @@ class AtlasTable:
     the rim, because the polynomials grow beyond it and neighbouring tiles begin. `inside` is also 0 for (u, v) beyond
     any pair of directions, which only a stretched relief reaches."""
 
-    def __init__(self, tree: Tree, image: bpy.types.Image, layout: Layout, *, uv: tuple[Value, Value], w: Value):
-        self.tree, self.image, self.layout = tree, image, layout
+    def __init__(self, tree: Tree, atlas: Atlas, *, uv: tuple[Value, Value], w: Value):
+        layout = atlas.layout
+        self.tree, self.image, self.layout, self.size = tree, atlas.image, layout, atlas.size
         inner = [_clamped(tree, along, *range_) for along, range_ in zip(uv, layout.region, strict=True)]
-        self.size = layout.width, layout.height
         # The centre of the first inner texel of the first term's tile on level 0.
         left, low = (n + TILE_PADDING + 0.5 for n in layout.tile_origin(0))
-        self.first = _over((left, low), self.size)
+        x, y, _ = _over((left, low), self.size)
+        self.first = x, atlas.raised(y)
         steps = _over(1 / layout.texel, self.size)
         self.place = tuple(
             along.times_plus(step, -lowest * step)
@@ -246,36 +279,36 @@ def _label(letter: str, number: int | str, triple: int) -> str:
     return f"{letter}{number}" + (f" of channels {3 * triple + 1} to {3 * triple + 3}" if triple else "")
 
 
-def zero_order_at(tree: Tree, image: bpy.types.Image, layout: Layout, *, w: Value, triple: int = 0) -> Value:
+def zero_order_at(tree: Tree, atlas: Atlas, *, w: Value, triple: int = 0) -> Value:
     """Z(w), the colour of the zero order (the mirror image), in XYZ or the next three channels of a triple."""
-    step = (layout.zero_order_samples - 1) / 2
-    x = w.times_plus(step / layout.width, 0.5 / layout.width)
-    y = STRIP_ROWS * (triple + 0.5) / layout.height
-    return tree.image(image, tree.vector(x, y, 0.0), _label("Z", "", triple))
+    step, (width, height) = (atlas.layout.zero_order_samples - 1) / 2, atlas.size
+    x = w.times_plus(step / width, 0.5 / width)
+    y = atlas.raised(STRIP_ROWS * (triple + 0.5) / height)
+    return tree.image(atlas.image, tree.vector(x, y, 0.0), _label("Z", "", triple))
 
 
-def scattered_gain(tree: Tree, image: bpy.types.Image, layout: Layout, *, way: Direction) -> Value:
+def scattered_gain(tree: Tree, atlas: Atlas, *, way: Direction) -> Value:
     """The gain g of scattered light for a direction above the plate (precompute/table/plate_gains.py), equal in all
     channels."""
-    return _on_disc(tree, image, layout, way=way, block=layout.gain_block(0), label="Gain")
+    return _on_disc(tree, atlas, way=way, block=atlas.layout.gain_block(0), label="Gain")
 
 
-def mirror_gain(tree: Tree, image: bpy.types.Image, layout: Layout, *, way: Direction, triple: int = 0) -> Value:
+def mirror_gain(tree: Tree, atlas: Atlas, *, way: Direction, triple: int = 0) -> Value:
     """What the zero order's colour has more under a plate than T(ti) T(tr) Z, towards a direction above it, in XYZ or
     the next three channels."""
-    block = layout.gain_block(1 + triple)
-    return _on_disc(tree, image, layout, way=way, block=block, label=_label("Mirror Gain", "", triple))
+    block = atlas.layout.gain_block(1 + triple)
+    return _on_disc(tree, atlas, way=way, block=block, label=_label("Mirror Gain", "", triple))
 
 
-def _on_disc(
-    tree: Tree, image: bpy.types.Image, layout: Layout, *, way: Direction, block: tuple[slice, slice], label: str
-) -> Value:
+def _on_disc(tree: Tree, atlas: Atlas, *, way: Direction, block: tuple[slice, slice], label: str) -> Value:
     """A table over a disc of directions (precompute/table/plate_gains.py), at a direction. `block` is its place."""
-    size = layout.width, layout.height
     rows, columns = block
     middle = (columns.start + columns.stop) / 2, (rows.start + rows.stop) / 2
-    step = _over(1 / disc_texel(rows.stop - rows.start), size)
-    return tree.image(image, way.on_disc.times_plus(step, _over(middle, size)), label=label)
+    step = _over(1 / disc_texel(rows.stop - rows.start), atlas.size)
+    x, y, _ = _over(middle, atlas.size)
+    raised = atlas.raised(y)
+    at = (x, raised, 0.0) if isinstance(raised, float) else tree.vector(x, raised, 0.0)
+    return tree.image(atlas.image, way.on_disc.times_plus(step, at), label=label)
 
 
 def _place_on_disc(tree: Tree, vector: Value, cosine: Value) -> tuple[Value]:

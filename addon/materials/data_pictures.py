@@ -12,7 +12,8 @@ from ..blender.working_space import unknown_space
 from ..direction.tangent_frame import frame_maps_in
 from ..gratings.grating import LAMPS_ONLY
 from .group_properties import areas_in, diffraction_groups, lights_of
-from .response import in_other_spaces, responses_in
+from .pictures import pictures_of
+from .response import in_other_spaces
 
 
 def wrong_colours(scene: bpy.types.Scene) -> list[str]:
@@ -65,8 +66,8 @@ def resampled_pictures(scene: bpy.types.Scene) -> list[str]:
 def _pictures() -> list[bpy.types.Image]:
     """The pictures that the file's Diffraction groups read, without duplicates."""
     groups = diffraction_groups()
-    trees = [response.group for group in groups for response in responses_in(group)]
-    tables = [node.image for tree in trees for node in tree.nodes if node.type == "TEX_IMAGE" and node.image]
+    trees = [node.node_tree for group in groups for node in group.nodes if node.type == "GROUP" and node.node_tree]
+    tables = [image for tree in dict.fromkeys(trees) for image in pictures_of(tree) if image is not None]
     return list(dict.fromkeys(tables + [image for group in groups for image in frame_maps_in(group)]))
 
 

@@ -7,11 +7,10 @@ from collections.abc import Iterable
 import bpy
 
 from ...precompute.base.failure import GratingError
-from ..blender import compat
 from ..gratings.direction_source import is_frame_map
-from ..nodes.interface import DELETED, lost_in
-from .group_properties import is_diffraction, variation_of
-from .pictures import fault_in
+from ..nodes.interface import DELETED
+from .group_properties import diffraction_groups, is_diffraction, variation_of
+from .pictures import fault_in, parts_of, remove_unused
 from .response import Response, further_responses, is_response, own_trees, response_in, trees_at
 from .skin import is_outdated, is_whole, refill
 
@@ -44,7 +43,7 @@ def lost_of_nodes(group: bpy.types.NodeTree) -> str:
         if node.type == "GROUP" and not is_response(node):
             if node.node_tree is None:
                 return DELETED
-            if fault := lost_in(node.node_tree):
+            if fault := fault_in(node.node_tree):
                 return fault
         if node.type == "TEX_IMAGE" and not is_frame_map(node.image):
             return "its direction map was deleted"
@@ -83,7 +82,7 @@ def replace_response(group: bpy.types.NodeTree, response: Response) -> None:
     old_group, old_world = own_trees(group)
     names = _names_to_keep(response, (old_group, old_world))
     left = [part for each in (old_group, old_world) for part in parts_of(each)]
-    for each in filter(is_diffraction, bpy.data.node_groups):
+    for each in diffraction_groups():
         own = (response if each == group else response_in(each),)
         further = further_responses(each)
         if each.library is None and None not in own and (each == group or _is_among(old_group, further)):
@@ -93,13 +92,6 @@ def replace_response(group: bpy.types.NodeTree, response: Response) -> None:
     remove_unused(left)
     for kept, name in names:
         kept.name = name
-
-
-def remove_unused(parts: Iterable[bpy.types.ID]) -> None:
-    """Delete data-blocks that nothing uses, each after the last of the groups that used it."""
-    for part in reversed(dict.fromkeys(reversed(list(parts)))):
-        if part.users == 0:
-            compat.remove_replaced(part)
 
 
 def _is_among(tree: bpy.types.NodeTree | None, responses: Iterable[Response]) -> bool:
@@ -126,15 +118,6 @@ def _uses(response: Response, image: bpy.types.Image) -> int:
     """The number of a response's nodes that read an image."""
     trees = filter(None, (response.group, response.world))
     return sum(node.image == image for tree in trees for node in _picture_nodes(tree))
-
-
-def parts_of(tree: bpy.types.NodeTree | None) -> list[bpy.types.ID]:
-    """A response's node group, followed by the groups in it and the images that it reads, without duplicates."""
-    if tree is None:
-        return []
-    held = [node.node_tree for node in tree.nodes if node.type == "GROUP"]
-    held += [node.image for node in _picture_nodes(tree)]
-    return [tree, *filter(None, dict.fromkeys(held))]
 
 
 def _picture_nodes(tree: bpy.types.NodeTree) -> list[bpy.types.Node]:

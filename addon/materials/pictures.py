@@ -4,11 +4,12 @@
 Each picture stores what it was made from, and each node group stores this for its pictures."""
 
 import hashlib
+from collections.abc import Iterable
 from pathlib import Path
 
 import bpy
 
-from ..blender import stored
+from ..blender import compat, stored
 from ..blender.guard import absolute
 from ..nodes.interface import lost_in, note_parts
 
@@ -27,6 +28,11 @@ def content_of(path: Path) -> str:
 def note_content(image: bpy.types.Image, content: str) -> None:
     """Store on a packed picture what it was made from."""
     image[_MADE_FROM], image[_BYTES] = content, str(image.packed_file.size)
+
+
+def noted_content(image: bpy.types.Image) -> str:
+    """What a picture was made from; empty if this was not stored."""
+    return stored.text(image, _MADE_FROM)
 
 
 def picture_of(content: str) -> bpy.types.Image | None:
@@ -52,6 +58,22 @@ def made_from(tree: bpy.types.NodeTree | None) -> str:
 def pictures_of(tree: bpy.types.NodeTree) -> list[bpy.types.Image | None]:
     """The pictures that a node group reads, without duplicates; None stands for deleted ones."""
     return list(dict.fromkeys(node.image for node in tree.nodes if node.type == "TEX_IMAGE"))
+
+
+def parts_of(tree: bpy.types.NodeTree | None) -> list[bpy.types.ID]:
+    """A response's node group, followed by the groups in it and the images that it reads, without duplicates."""
+    if tree is None:
+        return []
+    held = [node.node_tree for node in tree.nodes if node.type == "GROUP"]
+    held += pictures_of(tree)
+    return [tree, *filter(None, dict.fromkeys(held))]
+
+
+def remove_unused(parts: Iterable[bpy.types.ID]) -> None:
+    """Delete data-blocks that nothing uses, each after the last of the groups that used it."""
+    for part in reversed(dict.fromkeys(reversed(list(parts)))):
+        if part.users == 0:
+            compat.remove_replaced(part)
 
 
 def fault_in(tree: bpy.types.NodeTree) -> str:
@@ -92,4 +114,4 @@ def _is_file_of(image: bpy.types.Image, path: str) -> bool:
 
 def _made_from(pictures: list[bpy.types.Image | None]) -> str:
     """What the pictures were made from, as one text."""
-    return " ".join(sorted(stored.text(picture, _MADE_FROM) for picture in pictures if picture is not None))
+    return " ".join(sorted(noted_content(picture) for picture in pictures if picture is not None))

@@ -47,6 +47,7 @@ ZERO_ORDER = Socket(
 )
 SHARP = Socket("Sharp", "Float", "1: an order comes from one direction; 0: from a lobe", 0.0, 0.0, 1.0, "FACTOR")
 SPECTRUM = Socket("Spectrum", "Float", "The lamp's row in the table of lamps; 0 is white", 0.0)
+LAYER = Socket("Layer", "Float", "The number of the bake to show, of several in one picture", 0.0)
 # Settings on the material that all responses may use.
 SETTINGS = (ROUGHNESS, IOR, PERIOD_SCALE, HEIGHT_SCALE)
 QUESTION = (NORMAL, TANGENT, TO_LIGHT, IRRADIANCE, VARIANCE, ZERO_ORDER, *SETTINGS)
@@ -84,6 +85,8 @@ OF_WORLD = {
 SPECTRAL_WORLD_ANSWER = (*WORLD_ANSWER, *OF_WORLD.values())
 
 _LABEL, _WORLD_LABEL, _LIKELY_LABEL = "Response", "World Response", "Likely Response"
+# The number of a response that has the others as layers (direct/layers.py). It is not one of a group's responses.
+LAYERED = 0
 _NUMBERED = re.compile("(?:World |Likely )?Response(?: ([1-9][0-9]*))?")
 # Custom property of a response's node group, saved in files: the linear space of its colours.
 _SPACE = "ng_space"
@@ -229,8 +232,14 @@ class Response(NamedTuple):
         units of its own. Blender evaluates only what this output needs."""
         return self._asked(tree, question, _numbered(_LIKELY_LABEL, number))[LIKELY.name]
 
+    def keep(self, tree: Tree, *, number: int) -> None:
+        """Add the response's nodes without links, so that the tree still has its responses if another one answers."""
+        tree.group(self.group, label=_numbered(_LABEL, number))
+        if self.world is not None:
+            tree.group(self.world, label=_numbered(_WORLD_LABEL, number))
+
     def _asked(self, tree: Tree, question: Mapping[Socket, Operand], label: str) -> dict[str, Value]:
-        asked = {socket.name: question[socket] for socket in self.inputs}
+        asked = {socket.name: question[socket] for socket in (*self.inputs, *_layer(question))}
         if SPECTRUM in question and self.is_spectral:
             asked[SPECTRUM.name] = question[SPECTRUM]
         return tree.group(self.group, asked, label=label)
@@ -241,10 +250,16 @@ class Response(NamedTuple):
         if self.world is None:
             return None
         spectral = SPECTRUM in question and has_sockets(self.world, (SPECTRUM,), SPECTRAL_WORLD_ANSWER)
-        asked = {socket.name: question[socket] for socket in (*WORLD_QUESTION, *([SPECTRUM] if spectral else []))}
+        further = [*_layer(question), *([SPECTRUM] if spectral else [])]
+        asked = {socket.name: question[socket] for socket in (*WORLD_QUESTION, *further)}
         outputs = tree.group(self.world, asked, label=_numbered(_WORLD_LABEL, number))
         own = OF_WORLD if spectral else {}
         return WorldAnswer(*(outputs[own.get(socket, socket).name] for socket in WORLD_ANSWER))
+
+
+def _layer(question: Mapping[Socket, Operand]) -> tuple[Socket, ...]:
+    """The socket of a layer, which is asked of a response with layers only."""
+    return (LAYER,) if LAYER in question else ()
 
 
 def response_in(group: bpy.types.NodeTree) -> Response | None:
@@ -265,6 +280,13 @@ def further_responses(group: bpy.types.NodeTree) -> tuple[Response, ...]:
     found = _sound_trees(group)
     numbers = takewhile(lambda number: found.get(_numbered(_LABEL, number)) is not None, count(2))
     return tuple(_response(found, number) for number in numbers)
+
+
+def layered_in(group: bpy.types.NodeTree) -> Response | None:
+    """The response with layers that answers for a Diffraction group's responses; None if each answers for itself."""
+    found = {node.label: node.node_tree for node in group.nodes if node.type == "GROUP"}
+    own = found.get(_numbered(_LABEL, LAYERED))
+    return None if own is None else Response(own, found.get(_numbered(_WORLD_LABEL, LAYERED)))
 
 
 def is_response(node: bpy.types.Node) -> bool:
@@ -315,4 +337,6 @@ def _response(found: Mapping[str, bpy.types.NodeTree | None], number: int) -> Re
 
 
 def _numbered(label: str, number: int) -> str:
+    if number == LAYERED:
+        return f"Layered {label}"
     return label if number == 1 else f"{label} {number}"

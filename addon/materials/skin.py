@@ -72,6 +72,7 @@ from .response import (
     ROUGHNESS,
     Response,
     further_responses,
+    layered_in,
     response_in,
     responses_in,
 )
@@ -134,6 +135,7 @@ def linked_with_fewer_lamps(scene: bpy.types.Scene) -> list[str]:
 # The bytes of constants reserved for the rest of a material: ten Principled BSDFs or a hundred other nodes.
 _LEFT = 2048
 _REMEDY = "use fewer lamps, or fewer gratings in its Variation"
+_ALIKE = "use fewer lamps, or bake the gratings of its Variation with one Coherence, Material and Lamp Spectrum"
 _BASE = Socket("Base", "Shader", "The material under the relief")
 _BASE_BLEND = Socket(
     "Base Blend", "Float", "0: a clear coat over the base. 0.1: the thesis's mix. 1: no coat", 0.0, 0.0, 1.0, "FACTOR"
@@ -220,8 +222,14 @@ def answers_to_world(group: bpy.types.NodeTree) -> bool:
 
 
 def refill(group: bpy.types.NodeTree, responses: tuple[Response, ...]) -> None:
-    """Rebuild a Diffraction group's nodes around responses, with its present lamps and sources."""
+    """Rebuild a Diffraction group's nodes around responses, with its present lamps and sources. Several become layers
+    of one picture if they can."""
+    from .direct.layers import make_layers, unused_layers  # most sessions begin without it
+    from .pictures import parts_of, remove_unused
+
+    make_layers(responses)
     fill_group(group, responses, lamps_in(group), sources=sources_in(group))
+    remove_unused(part for tree in unused_layers() for part in parts_of(tree))
 
 
 def fill_group(
@@ -286,7 +294,9 @@ def heavy(group: bpy.types.NodeTree) -> list[str]:
     _, look_ups = stored.numbers(group, group_properties.SIZE, 2) or (0.0, 0.0)
     if look_ups <= _HEAVY_LOOK_UPS:
         return []
-    return [f"{group.name}: slow on a graphics card, by its {look_ups:.0f} look-ups a sample; {_REMEDY}"]
+    apart = variation_of(group).shares and layered_in(group) is None
+    remedy = _ALIKE if apart else _REMEDY
+    return [f"{group.name}: slow on a graphics card, by its {look_ups:.0f} look-ups a sample; {remedy}"]
 
 
 def warnings_of(group: bpy.types.NodeTree) -> list[str]:
@@ -320,7 +330,8 @@ def show_lamps(*, exactly: bool) -> None:
         wanted_shapes = (areas if exactly else areas | shapes) if reads_sources else shapes
         spectra, of_sources = coloured_in(group), reads_source_spectra(group)
         wanted_spectra = (coloured if exactly else coloured | spectra), coloured_sources or (of_sources and not exactly)
-        spectral = [response for response in responses_in(group) if response.is_spectral]
+        shown = (*responses_in(group), layered_in(group))
+        spectral = [response for response in shown if response is not None and response.is_spectral]
         trees += [tree for response in spectral for tree in (response.group, response.world)]
         if not spectral:
             wanted_spectra = spectra, of_sources

@@ -36,6 +36,7 @@ from ..lamps.lamp_group import (
 from ..lamps.sky import REST_SPECTRUM, source_light
 from ..nodes.builder import Operand, Tree, Value, by_group
 from ..nodes.interface import Socket
+from .direct.layers import layers_of
 from .group_properties import (
     answers_every_lamp,
     areas_in,
@@ -67,6 +68,8 @@ from .lamp_choice import (
 from .matter_nodes import is_opaque, plate_of, smooth_reflectance
 from .response import (
     IRRADIANCE,
+    LAYER,
+    LAYERED,
     NORMAL,
     ROUGHNESS,
     SETTINGS,
@@ -180,24 +183,19 @@ _DETAIL, _EVEN = 1.0, 8.5
 REST_POSITION = "rest_position"
 
 
-def variation_nodes(tree: Tree, variation: Variation) -> tuple[list[Value | None], Value | None]:
-    """The share of each relief at a point, where None is 1; and the turn of the direction in radians, or None. Unused
-    variation adds no nodes.
+def variation_nodes(tree: Tree, variation: Variation) -> tuple[list[Value], Value | None]:
+    """How far a point is beyond each bound between reliefs, from 0 to 1; and the turn of the direction in radians, or
+    None. Unused variation adds no nodes.
 
     A pattern is a number x, distributed uniformly from 0 to 1 over the surface. Each relief takes an interval of this
-    range as long as its share of the surface: with shares s1, s2, s3 the bounds are b1 = s1 and b2 = s1 + s2, and the
-    shares at a point are
-
-        1 - S(x - b1),  S(x - b1) - S(x - b2),  S(x - b2)
-
-    S is a step from 0 to 1 over the softness. The shares add up to 1 everywhere. Patches are wider than the coherence
-    length, so light from different patches does not interfere: their radiances are added, weighted by the shares."""
+    range as long as its share of the surface: with shares s1, s2, s3 the bounds are b1 = s1 and b2 = s1 + s2. A point
+    is S(x - b1) beyond the first, where S is a step from 0 to 1 over the softness."""
     name = variation.pattern_attribute
     by_noise = variation.shares and not name
     place, turning = _noise(tree, variation.size_m) if by_noise or variation.turn else (None, None)
     turn = (turning * 2.0 - 1.0) * variation.turn if turning is not None and variation.turn else None
     if not variation.shares:
-        return [None], turn
+        return [], turn
     if name:
         held = tree.node("ShaderNodeAttribute", attribute_type="GEOMETRY", attribute_name=name, label=name)
         place = tree.value(held.outputs["Fac"])
@@ -206,7 +204,30 @@ def variation_nodes(tree: Tree, variation: Variation) -> tuple[list[Value | None
     for share in variation.shares:
         beyond.append(_step(tree, place, bound, variation.softness))
         bound += share
-    return [1.0 - beyond[0], *(a - b for a, b in pairwise(beyond)), beyond[-1]], turn
+    return beyond, turn
+
+
+def _shares(beyond: Sequence[Value]) -> list[Value | None]:
+    """The share of each relief at a point; None is 1. They add up to 1.
+
+    Patches are wider than the coherence length, so light from different patches does not interfere: their radiances are
+    added, weighted by the shares."""
+    return [1.0 - beyond[0], *(a - b for a, b in pairwise(beyond)), beyond[-1]] if beyond else [None]
+
+
+# The seed of the random number that draws a layer. Those of lamps are 0 and more.
+_LAYER_SEED = -2.0
+
+
+def _layer(tree: Tree, beyond: Sequence[Value], softness: float) -> Value:
+    """The number of a relief, which is drawn in proportion to its share: the bounds that a point is beyond, with the
+    same random number for each."""
+    if softness > 0:
+        place = tree.value(tree.node("ShaderNodeNewGeometry").outputs["Position"])
+        noise = tree.node("ShaderNodeTexWhiteNoise", place, _LAYER_SEED, noise_dimensions="4D")
+        drawn = tree.value(noise.outputs["Value"])
+        beyond = [tree.math("GREATER_THAN", each, drawn) for each in beyond]
+    return sum(beyond[1:], beyond[0])
 
 
 def _noise(tree: Tree, size_m: float) -> tuple[Value, Value]:
@@ -320,8 +341,9 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
     group.nodes.clear()
     tree = Tree(group)
     inputs = tree.inputs()
-    areas, turn = variation_nodes(tree, variation_of(group).of_others(len(responses) - 1))
-    responses = responses[: len(areas)]  # shares of further responses may be missing
+    variation = variation_of(group).of_others(len(responses) - 1)
+    beyond, turn = variation_nodes(tree, variation)
+    responses = responses[: len(beyond) + 1]  # shares of further responses may be missing
     if turn is not None:
         inputs["Rotation"] = inputs["Rotation"] + turn
     n, t = frame_nodes(tree, inputs, frame_of(group))
@@ -330,13 +352,19 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
     unseen, least_roughness = rays(tree)
     coated = 1.0 - inputs["Base Blend"]
     strength, covered = inputs["Strength"] * coated, tree.minimum(inputs["Strength"], 1.0) * coated
-    settings = {socket: inputs[socket.name] for socket in SETTINGS}
+    settings: dict[Socket, Value] = {socket: inputs[socket.name] for socket in SETTINGS}
+    reliefs: list[tuple[int, tuple[Response, Value | None]]]
+    if (layered := layers_of(responses)) is None:
+        reliefs = list(enumerate(zip(responses, _shares(beyond), strict=True), start=1))
+    else:
+        for k, response in enumerate(responses, start=1):
+            response.keep(tree, number=k)
+        reliefs, settings[LAYER] = [(LAYERED, (layered, None))], _layer(tree, beyond, variation.softness)
     start = ray_start(tree, geometry) if traces_shadows(group) else None
     to_lamps = dict(settings)
     if counts_footprint(group):
         to_lamps[ROUGHNESS] = with_footprint(tree, settings[ROUGHNESS])
     to_lamps[ROUGHNESS] = tree.maximum(to_lamps[ROUGHNESS], least_roughness)
-    reliefs = list(enumerate(zip(responses, areas, strict=True), start=1))
     # Unlinked nodes cost nothing. They keep groups in the file that more lamps, or an area lamp, need later: Blender's
     # undo would lose a group that a handler makes.
     left = left_group(is_whole=False), left_group(is_whole=True)

@@ -189,8 +189,8 @@ class VaryGrating(Acts, bpy.types.Operator):
         name="Attribute", description="Mesh attribute with values from 0 to 1", default="scale_random"
     )
     softness: FloatProperty(
-        name="Softness", description="How widely the gratings blend into each other. At 0 each point shows only one "
-        "of them, so Cycles renders as fast as with a single grating", default=0.0, min=0.0, max=1.0, subtype="FACTOR",
+        name="Softness", description="How widely the gratings blend into each other. At 0 each point shows one. "
+        "Above 0 samples may draw one at random, which is noisier", default=0.0, min=0.0, max=1.0, subtype="FACTOR",
     )  # fmt: skip
     turn: FloatProperty(
         name="Turn", description="Largest angle by which the direction turns to either side, slowly over the surface, "

@@ -28,7 +28,7 @@ from ..materials.group_properties import (
 )
 from ..materials.holograms import patterns
 from ..materials.holograms.hologram_nodes import hologram_of, input_set_by_artist, pattern_of
-from ..materials.lost_parts import faults_of, lost_of_nodes, lost_of_own, parts_of, remove_unused, replace_response
+from ..materials.lost_parts import faults_of, lost_of_nodes, lost_of_own, replace_response
 from ..materials.material import (
     add_diffraction,
     diffraction_nodes,
@@ -38,7 +38,7 @@ from ..materials.material import (
     owners,
     strays,
 )
-from ..materials.pictures import made_from
+from ..materials.pictures import made_from, parts_of, remove_unused
 from ..materials.response import own_trees, responses_in
 from ..materials.skin import SETTABLE, refill, take_back
 from .finding_bakes import bake_shown_by

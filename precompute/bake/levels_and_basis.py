@@ -80,6 +80,23 @@ def with_levels(table: Table, cell: Cell | None = None, *, coarser: float = 1.0)
     return replace(table, wider=tuple(found[1:]), spacing=cell.spacing, coarser=cell.coarser)
 
 
+def on_grid(table: Table, axes: tuple[np.ndarray, np.ndarray], *, sigma_b: float) -> Table:
+    """A table without wider levels under a kernel at least as wide, at texels whose centres are at v and u.
+
+    The texels must be at most as coarse beside the new kernel as the present ones beside theirs."""
+    texel = float(axes[0][1] - axes[0][0])
+    held, sampled = narrower(table.sigma_b, table.texel), narrower(sigma_b, texel)
+    first, own = ([axis[TILE_PADDING] for axis in each] for each in (axes, table.axes))
+    rows, columns = (len(axis) - 2 * TILE_PADDING for axis in axes)
+    terms = _resampled(
+        table.terms, math.sqrt(max(sampled**2 - held**2, 0.0)) / table.texel, step=texel / table.texel,
+        inner=(rows, columns), modes=("edge", "edge"),
+        first=tuple((new - old) / table.texel for new, old in zip(first, own, strict=True)),
+    )  # fmt: skip
+    corner = float(axes[0][0]), float(axes[1][0])
+    return replace(table, terms=terms, wider=(), sigma_b=sigma_b, texel=texel, first=corner)
+
+
 def sky_share(table: Table) -> np.ndarray:
     """The share (rows, columns) of each texel of level 0 that lies in the sky: within the |(u, v)| of any pair."""
     v, u = table.axes
@@ -97,21 +114,22 @@ def _cell(table: Table, coarser: float) -> Cell:
 
 
 def _resampled(
-    tiles: np.ndarray, sigma: float, *, step: float, inner: tuple[int, int], modes: Sequence[_Mode]
-) -> np.ndarray:
+    tiles: np.ndarray, sigma: float, *, step: float, inner: tuple[int, int], modes: Sequence[_Mode],
+    first: tuple[float, float] = (0.0, 0.0),
+) -> np.ndarray:  # fmt: skip
     """Blur tiles (K, rows, columns, 3) by a Gaussian of sigma texels, with `inner` inner rows and columns that are
-    `step` texels apart."""
+    `step` texels apart. `first`: how many texels the first inner row and column lie beyond the present ones."""
     for axis, (count, mode) in enumerate(zip(inner, modes, strict=True)):
         along = np.moveaxis(tiles, 1 + axis, 1)
-        along = _blurred(along, sigma, step=step, count=count + 2 * TILE_PADDING, mode=mode)
+        along = _blurred(along, sigma, step=step, count=count + 2 * TILE_PADDING, mode=mode, first=first[axis])
         tiles = np.moveaxis(along, 1, 1 + axis)
     return tiles
 
 
-def _blurred(terms: np.ndarray, sigma: float, *, step: float, count: int, mode: _Mode) -> np.ndarray:
+def _blurred(terms: np.ndarray, sigma: float, *, step: float, count: int, mode: _Mode, first: float) -> np.ndarray:
     """Blur terms (K, rows, ...) along axis 1 by a Gaussian of sigma rows, at `count` places that are `step` rows apart.
-    Place TILE_PADDING is the first inner row, at the same index. `mode` is numpy.pad's."""
-    at = TILE_PADDING + step * (np.arange(count) - TILE_PADDING)
+    Place TILE_PADDING is `first` rows beyond the first inner row. `mode` is numpy.pad's."""
+    at = TILE_PADDING + first + step * (np.arange(count) - TILE_PADDING)
     reach = max(_WINDOW_REACH, math.ceil(_BLUR_REACH * sigma))
     rows = np.floor(at).astype(int)[:, None] + np.arange(1 - reach, 1 + reach)
     shares = blur_weights(at - rows[:, 0], rows.shape[1], sigma)
@@ -146,6 +164,17 @@ _GROUPS, _PAIRS = 16, 600
 # The first and the last of these values of w, as shares of the range: of the whole range they are 0.08 and 1.995. At
 # the very ends the only directions are along the horizon and along the normal.
 _ENDS = 0.04, 0.9975
+
+
+# The shares of the requested error that a basis of w may add, at values of w outside the self-check: at all together,
+# and at each alone. Errors of different origin add by their squares: 0.7 without the basis and 0.5 by it are 0.9
+# together, 0.7 and 0.8 are 1.06.
+_OF_BASIS, _OF_BASIS_AT_ONE_W = 0.5, 1.0
+
+
+def adds_little(added: Errors, at_one_w: float, delta_e: float) -> bool:
+    """Whether the differences of a table in another basis of w (see comparison) are small beside a requested dE00."""
+    return added.over(delta_e) <= _OF_BASIS and at_one_w <= _OF_BASIS_AT_ONE_W * delta_e
 
 
 def with_learnt_basis(table: Table, keeps: Callable[[Table], bool]) -> Table:

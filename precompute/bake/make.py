@@ -33,7 +33,7 @@ from ..table.blur_levels import BYTES_PER_TEXEL
 from ..table.sample_set import SampleSet, path_beside
 from ..table.table import Table
 from . import ensemble, patch
-from .levels_and_basis import comparison, with_learnt_basis, with_levels
+from .levels_and_basis import adds_little, comparison, with_learnt_basis, with_levels
 from .plan import Plan, blender_bytes, extent
 from .request import BakeRequest
 from .self_check import Judge, Wide, shown_colours, wide_errors
@@ -74,10 +74,8 @@ _PLANNED, _CARRIED_OUT = 0.1, 0.7
 _SPREAD, _CARRIED_OUT_SPREAD = 0.7, 0.85
 # The second attempt aims at an error smaller by this factor than the error that would be just enough.
 _MARGIN = 2.0
-# The shares of the requested error that a table in a learnt basis of w may reach, and that the basis may add at values
-# of w outside the self-check: at all together, and at each alone. The rest is for the file's rounding. Errors of
-# different origin add by their squares: 0.7 without the basis and 0.5 by it are 0.9 together, 0.7 and 0.8 are 1.06.
-_BEFORE_ROUNDING, _OF_BASIS, _OF_BASIS_AT_ONE_W = 0.9, 0.5, 1.0
+# The share of the requested error that a table in a learnt basis of w may reach. The rest is for the file's rounding.
+_BEFORE_ROUNDING = 0.9
 # The error of a table read by B-splines grows as this power of its texels. What is asked below a dE00 of 1 binds the
 # first level alone: if memory is short, the wider levels have texels for a dE00 of 1, and are closer to each other.
 _ORDER_OF_TEXELS = 4
@@ -142,14 +140,14 @@ def make(
     Raises GratingError, with `source` and an error that can be kept, if the requested colour error cannot."""
     progress = forwards(progress)
     made = _attempt(reliefs, request, span_of(progress, 0, _FIRST), source)
-    excess = _excess(made.errors, request.delta_e)
+    excess = made.errors.over(request.delta_e)
     if excess > 1:
         # A smaller error only changes terms, texels, wavelengths and transforms. Other errors stay and are measured.
         stricter = replace(request, delta_e=request.delta_e / (_MARGIN * excess))
         again = _attempt(reliefs, stricter, span_of(progress, _FIRST, 1), source)
         again = _with_time_of(again, made)
-        made = again if _excess(again.errors, request.delta_e) < excess else made
-    if _excess(made.errors, request.delta_e) > 1:
+        made = again if again.errors.over(request.delta_e) < excess else made
+    if made.errors.over(request.delta_e) > 1:
         errors, reached = made.errors, _reached(made.errors)
         raise GratingError(
             source,
@@ -159,13 +157,6 @@ def make(
             ("ask for ", Setting.DELTA_E, f" {math.ceil(reached * 10.5) / 10:g} or a shorter ", Setting.COHERENCE_UM),
         )
     return made
-
-
-def _excess(errors: Errors, delta_e: float) -> float:
-    """A bake's error over the requested error: at most 1 if the request is kept.
-
-    The 99th percentile is estimated from a sample of directions, so its sampling error is added."""
-    return max(errors.p99_most / delta_e, errors.relative_dy / (RELATIVE_DY * max(delta_e, 1)))
 
 
 def _reached(errors: Errors) -> float:
@@ -203,12 +194,8 @@ def _attempt(reliefs: Sequence[Relief], request: BakeRequest, progress: Progress
     added_by = comparison(table, request.illuminant)
 
     def keeps(fewer: Table) -> bool:
-        added, at_one_w = added_by(fewer)
-        return (
-            _excess(added, request.delta_e) <= _OF_BASIS
-            and at_one_w <= _OF_BASIS_AT_ONE_W * request.delta_e
-            and _excess(judge.errors_of(fewer), request.delta_e) <= _BEFORE_ROUNDING
-        )
+        is_small = adds_little(*added_by(fewer), request.delta_e)
+        return is_small and judge.errors_of(fewer).over(request.delta_e) <= _BEFORE_ROUNDING
 
     coarser = max(1.0, request.delta_e ** (-1 / _ORDER_OF_TEXELS))
     image, layout = atlas.pack(with_levels(with_learnt_basis(table, keeps), coarser=coarser))

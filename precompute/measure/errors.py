@@ -200,6 +200,12 @@ class Errors:
         """The dE00 that the 95th percentile keeps, however the values of w are distributed."""
         return max(self.p95 + self.p95_allowance, self.p95_of_w)
 
+    def over(self, delta_e: float) -> float:
+        """The error over a requested dE00: at most 1 if the request is kept.
+
+        The 99th percentile is estimated from a sample of directions, so its sampling error is added."""
+        return max(self.p99_most / delta_e, self.relative_dy / (RELATIVE_DY * max(delta_e, 1)))
+
     def as_dict(self) -> dict[str, float | None]:
         """Convert the errors to JSON, with p99_most; null stands for an infinite error (see `measure`)."""
         told = {**asdict(self), "p99_most": self.p99_most}

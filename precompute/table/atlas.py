@@ -26,8 +26,8 @@ can have."""
 
 import json
 import math
-from collections.abc import Mapping
-from dataclasses import Field, asdict, dataclass, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import Field, asdict, dataclass, fields, replace
 from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, ClassVar, Protocol, TypeVar
@@ -288,11 +288,12 @@ def layout_of(bake: Table) -> Layout:
     )
 
 
-def pack(bake: Table) -> tuple[np.ndarray, Layout]:
-    """The image (height, width, 3) in the bake's precision, row 0 at the bottom, and its layout.
+def pack(bake: Table, layout: Layout | None = None) -> tuple[np.ndarray, Layout]:
+    """The image (height, width, 3) in the bake's precision, row 0 at the bottom, and its layout: its own, or a given
+    one that differs in the scale.
 
     Raises GratingError if the picture is too large for a graphics card."""
-    layout = layout_of(bake)
+    layout = layout or layout_of(bake)
     image = np.zeros((layout.height, layout.width, 3), bake.precision)
     zero_order = bake.zero_order.astype(bake.precision)
     for triple in range(layout.triples):
@@ -310,6 +311,16 @@ def pack(bake: Table) -> tuple[np.ndarray, Layout]:
                 own = tile[..., 3 * triple : 3 * triple + 3]
                 image[layout.tile_block(k, level, triple)] = own / layout.scale
     return image, layout
+
+
+def pack_layers(bakes: Sequence[Table]) -> tuple[np.ndarray, Layout]:
+    """The images of tables of one grid, of the same functions of w and levels, one above the other, and the layout of
+    each. Raises GratingError if the picture is too large for a graphics card."""
+    own = [layout_of(bake) for bake in bakes]
+    layout = replace(own[0], scale=max(each.scale for each in own))
+    if layout.height * len(bakes) > PICTURE_SIDE_MAX:
+        raise GratingError("", f"{len(bakes)} layers of {layout.height} rows are larger than a graphics card takes", "")
+    return np.concatenate([pack(bake, layout)[0] for bake in bakes]), layout
 
 
 def unpack(image: np.ndarray, layout: Layout) -> Table:

@@ -47,7 +47,8 @@ surface that scatters nothing has one texel of weight 0.
 """
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -170,9 +171,10 @@ def layout_of(lobes: SampleSet) -> SampleSetLayout:
     )
 
 
-def pack(lobes: SampleSet) -> tuple[np.ndarray, SampleSetLayout]:
-    """Image (height, width, 4) float16, row 0 at the bottom, and its layout, for atlas.write_together."""
-    layout = layout_of(lobes)
+def pack(lobes: SampleSet, layout: SampleSetLayout | None = None) -> tuple[np.ndarray, SampleSetLayout]:
+    """Image (height, width, 4) float16, row 0 at the bottom, and its layout, for atlas.write_together: its own, or a
+    given one with more tiles and another scale."""
+    layout = layout or layout_of(lobes)
     image = np.zeros((layout.height, layout.width, COEFFICIENTS), np.float16)
     u = lobes.q * layout.wavelength
     rounded = u.astype(np.float16)
@@ -180,6 +182,16 @@ def pack(lobes: SampleSet) -> tuple[np.ndarray, SampleSetLayout]:
     for k, piece in enumerate(lobes.pieces):
         image[layout.tile(1 + k)] = piece.astype(float) / (layout.scale * layout.wavelength**2)
     return image, layout
+
+
+def pack_layers(sets: Sequence[SampleSet]) -> tuple[np.ndarray, tuple[SampleSetLayout, ...]]:
+    """The images of sample sets of one size, side by side, and the layout of each."""
+    own = [layout_of(each) for each in sets]
+    columns, scale = max(each.columns for each in own), max(each.scale for each in own)
+    rows = max(math.ceil((1 + each.pieces) / columns) for each in own)
+    layouts = tuple(replace(each, columns=columns, rows=rows, scale=scale) for each in own)
+    images = [pack(*pair)[0] for pair in zip(sets, layouts, strict=True)]
+    return np.concatenate(images, axis=1), layouts
 
 
 def unpack(image: np.ndarray, layout: SampleSetLayout) -> SampleSet:

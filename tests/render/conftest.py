@@ -245,6 +245,12 @@ def deep_skin(tmp_path_factory):
     return _baked_by_command(tmp_path_factory, "xenopeltis", coherence_um=12)
 
 
+@pytest.fixture(scope="session")
+def short_skin(tmp_path_factory):
+    """The Elaphe sample of almost the same coherence, on other texels."""
+    return _baked_by_command(tmp_path_factory, "elaphe", coherence_um=12.5)
+
+
 @pytest.fixture(scope="session", params=["mirror", "gold", "6x(1.68/80nm, 1.56/90nm), 1.56"])
 def matter_skin(request, tmp_path_factory):
     """The same for the blazed sample in a matter whose reflectance the table holds."""

@@ -30,7 +30,7 @@ def drawn(stage, skin):
     found, layout = sample_set.read(path)[0], sample_set.read_header(path)[0]
     direct = stage.addon.direct_response
     image = direct.load_atlas(path, half=True, alpha="CHANNEL_PACKED")
-    nodes = direct.SampleSetNodes(image, layout, direct.wavelengths_image("D65", layout.wavelength))
+    nodes = direct.SampleSetNodes(image, (layout,), direct.wavelengths_image("D65", layout.wavelength))
     material, tree = stage.material("Drawn")
     draw = nodes.add_to(tree, tree.value(tree.node("ShaderNodeNewGeometry").outputs["Position"]))
     output = tree.node("ShaderNodeOutputMaterial")

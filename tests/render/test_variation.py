@@ -146,6 +146,48 @@ def test_where_one_has_all_it_answers_as_it_does_alone(stage, skin, deep_skin, p
         np.testing.assert_allclose(stage.rgb("cycles", 16, samples=4), wanted, rtol=1e-4, atol=1e-6)
 
 
+@pytest.mark.parametrize(("engine", "lights"), [
+    ("cycles", "REST"), ("cycles", "LAMPS"),
+    pytest.param("eevee", "LAMPS", marks=pytest.mark.night("the same in Cycles")),
+])  # fmt: skip
+def test_bakes_of_one_layout_are_layers_that_answer_as_each_alone(stage, short_skin, deep_skin, engine, lights):
+    """On a ball under a lamp and a world. Between two bakes one is drawn, so that the mean is their mix."""
+    addon, draws = stage.addon, 64
+    stage.scene.world = bpy.data.worlds.new("White")
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=48, ring_count=24)
+    bpy.ops.object.shade_smooth()
+    ball = bpy.context.object
+    values = ball.data.attributes.new("whole", "FLOAT", "POINT").data
+    look_down(stage, 2.2)
+    stage.lamp("SUN", to=(0.3, 0.2, 1), energy=1.0, angle=0.05)
+    first, second = (addon.direct_response.direct_response(path) for path, _ in (short_skin, deep_skin))
+
+    def shown(group, value=0.0, samples=2):
+        node.node_tree = group
+        values.foreach_set("value", [value] * len(values))
+        ball.data.update()
+        return stage.rgb(engine, 32, samples=samples)
+
+    settings = {"shadows": False, "lights": lights, "footprint": False}
+    group = addon.skin.group_around("both", first, **settings)
+    (node,) = _material_with(stage, ball, group)
+    alone = [shown(addon.skin.group_around("alone", response, **settings)) for response in (first, second)]
+    addon.skin.set_variation(group, addon.grating.Variation((0.5,), "ATTRIBUTE", "whole"), [second])
+    layers = addon.response.layered_in(group)
+    assert layers is not None and layers.world is not None
+    apart = np.abs(alone[1] - alone[0])
+    assert apart.sum() > 0.1 * alone[0].sum(), "the two surfaces differ"
+    for value, wanted in zip((0.0, 1.0), alone, strict=True):
+        # What the bakes may be off by, 1 % of the light, and half as much by the functions of w.
+        assert np.abs(shown(group, value) - wanted).sum() < 0.015 * wanted.sum()
+    if lights == "LAMPS":  # without the noise of a world
+        addon.skin.set_variation(group, addon.grating.Variation((0.5,), "ATTRIBUTE", "whole", softness=1.0), [second])
+        assert addon.response.layered_in(group) == layers, "it is kept"
+        mixed, wanted = shown(group, 0.5, draws).sum(), sum(alone).sum() / 2
+        # Each draw is off by half of the difference, so the sum by its root mean square over all draws.
+        assert abs(mixed - wanted) < 5 * np.sqrt((apart**2).sum() / 4 / draws) + 0.015 * wanted
+
+
 def _material_with(stage, mesh, group):
     material, tree = stage.material("Shown")
     mesh.data.materials.clear()

@@ -20,7 +20,8 @@
 | Likely (out)   |        |         |         | about the radiance per irradiance, in units of the table's scale |
 
 A bake with more channels than XYZ has one more input, Spectrum: the lamp's row in the table of lamps. Its outputs
-"Finer of Lamp", "Coarser of Lamp" and "Mirror of Lamp" are the radiances by the lamp's own spectrum.
+"Finer of Lamp", "Coarser of Lamp" and "Mirror of Lamp" are the radiances by the lamp's own spectrum. Several bakes in
+one picture (direct/layers.py) have the input Layer: the number of the one to read.
 
     Lo = E [ 4 cos(ti)^2 cos(tr) Q p^2 c^2 sum_k f_k(t(c w)) B_k(p u, p v) + z R Z(c w) kernel(wi, wr) ]
 
@@ -49,6 +50,7 @@ from ....precompute.table.atlas import Layout
 from ...nodes.builder import Tree, Value
 from ...nodes.interface import add_interface, arrange
 from ..atlas_nodes import (
+    Atlas,
     AtlasTable,
     Direction,
     LampColours,
@@ -61,7 +63,7 @@ from ..atlas_nodes import (
     zero_order_at,
 )
 from ..matter_nodes import Plate
-from ..response import QUESTION, RADIANCES, SPECTRAL_RADIANCES, SPECTRUM, Response
+from ..response import LAYER, QUESTION, RADIANCES, SPECTRAL_RADIANCES, SPECTRUM, Response
 from .mirror_kernel_nodes import mirror_kernel
 
 GROUP_PREFIX = "Diffraction Direct"
@@ -72,17 +74,16 @@ _WIDER, _ZERO_ORDER_LIKELY = 4.0, 0.5
 
 def build_direct_group(
     name: str, image: bpy.types.Image, layout: Layout, *, rgb_from_xyz: np.ndarray,
-    lamp_table: bpy.types.Image | None = None,
+    lamp_table: bpy.types.Image | None = None, layers: int = 1,
 ) -> Response:  # fmt: skip
-    """The response of one bake. `image` holds its atlas; rgb_from_xyz (3, 3) converts to the scene's linear space.
-    `lamp_table` (atlas_nodes.py) is for a bake with more channels than XYZ."""
+    """The response of one bake, or of several as layers. `image` holds the atlas; rgb_from_xyz (3, 3) converts to the
+    scene's linear space. `lamp_table` (atlas_nodes.py) is for a bake with more channels than XYZ."""
     group = bpy.data.node_groups.new(f"{GROUP_PREFIX} {name}", "ShaderNodeTree")
-    if lamp_table is None:
-        add_interface(group, QUESTION, RADIANCES)
-    else:
-        add_interface(group, (*QUESTION, SPECTRUM), SPECTRAL_RADIANCES)
+    more = [*([LAYER] if layers > 1 else []), *([] if lamp_table is None else [SPECTRUM])]
+    add_interface(group, (*QUESTION, *more), RADIANCES if lamp_table is None else SPECTRAL_RADIANCES)
     tree = Tree(group)
     asked = tree.inputs()
+    atlas = Atlas(image, layout, layers, asked.get(LAYER.name))
     inputs = (asked[socket.name] for socket in QUESTION)
     n, t, wi, irradiance, disc, zero_order, roughness, ior, period_scale, height_scale = inputs
 
@@ -99,7 +100,7 @@ def build_direct_group(
     largest = tree.maximum(disc * layout.plate_ior**-2 - layout.sigma_b**2, 0.0)
     slope = w * (roughness * roughness)
     blur = largest * tree.squared(to_light.cosine).times_plus(0.5, 0.5) + slope * slope * 0.5
-    table = AtlasTable(tree, image, layout, uv=(u * period_scale, v * period_scale), w=w * height_scale)
+    table = AtlasTable(tree, atlas, uv=(u * period_scale, v * period_scale), w=w * height_scale)
     # Period Scale stretches the relief's own kernel, but not the blur by lamp and roughness.
     *places, share = table.around(blur * (period_scale * period_scale))
 
@@ -121,16 +122,16 @@ def build_direct_group(
     if plate.present:
         factor = factor * plate.refracted(to_light, light)
         for way in (to_light, to_view):
-            factor = tree.math("MULTIPLY", factor, scattered_gain(tree, image, layout, way=way))
+            factor = tree.math("MULTIPLY", factor, scattered_gain(tree, atlas, way=way))
         passed = plate.passed(tree, to_light, light) * plate.passed(tree, to_view, view)
     scattered = factor * table.inside * (tree.squared(period_scale * height_scale) * layout.scale)
 
     def channels(triple: int) -> list[Value]:
         """Three channels at each of the places, and of the mirror image."""
         scattered_light = [table.read(place, triple) for place in places if place is not None]
-        zero_order = zero_order_at(tree, image, layout, w=w * height_scale, triple=triple)
+        zero_order = zero_order_at(tree, atlas, w=w * height_scale, triple=triple)
         if plate.present:
-            more = mirror_gain(tree, image, layout, way=to_view, triple=triple)
+            more = mirror_gain(tree, atlas, way=to_view, triple=triple)
             zero_order = zero_order.times_plus(passed, more)
         return [*scattered_light, zero_order]
 

@@ -49,7 +49,7 @@ def direct_response(path: Path) -> Response:
         return response
     draws = SampleSetNodes(
         load_atlas(draws_path, half=True, alpha="CHANNEL_PACKED"),
-        draws_layout,
+        (draws_layout,),
         wavelengths_image(layout.illuminant, draws_layout.wavelength),
         reflectance_image(matter, layout.illuminant) if matter.baked else None,
     )

@@ -58,11 +58,13 @@ from ...blender import stored
 from ...nodes.builder import Tree, Value
 from ...nodes.interface import add_interface, arrange
 from ..atlas_nodes import (
+    Atlas,
     AtlasTable,
     Direction,
     LampColours,
     dielectric_ior,
     mirror_gain,
+    of_layer,
     scattered_gain,
     shown_rgb,
     small_slope_over_fresnel,
@@ -71,7 +73,7 @@ from ..atlas_nodes import (
 )
 from ..matter_nodes import FACE_ROUGHNESS, Plate
 from ..pictures import fault_of, note_content, picture_of
-from ..response import SPECTRAL_WORLD_ANSWER, SPECTRUM, WORLD_ANSWER, WORLD_QUESTION
+from ..response import LAYER, SPECTRAL_WORLD_ANSWER, SPECTRUM, WORLD_ANSWER, WORLD_QUESTION
 
 # Columns and rows of the picture of wavelengths and normal numbers.
 _WAVELENGTHS, _NORMALS = 512, 16
@@ -103,32 +105,37 @@ class Draw:
 
 @dataclass(frozen=True)
 class SampleSetNodes:
-    """A sample set for nodes: its picture, the picture's layout, the picture of wavelengths and normal numbers, and the
-    picture of the reflectance if the table holds its matter's."""
+    """A sample set for nodes, or several as layers: their picture, the layout of each, the picture of wavelengths and
+    normal numbers, and the picture of the reflectance if the table holds its matter's."""
 
     image: bpy.types.Image
-    layout: SampleSetLayout
+    layouts: tuple[SampleSetLayout, ...]
     wavelengths: bpy.types.Image
     reflectance: bpy.types.Image | None = None
 
-    def add_to(self, tree: Tree, place: Value) -> Draw:
-        """Add nodes that draw at random by the shaded position."""
-        layout = self.layout
+    def add_to(self, tree: Tree, place: Value, layer: Value | None = None) -> Draw:
+        """Add nodes that draw at random by the shaded position. `layer` is the number of the sample set among several,
+        whose pictures are side by side."""
+        layout, count = self.layouts[0], len(self.layouts)
         noise = tree.node("ShaderNodeTexWhiteNoise", place, noise_dimensions="3D")
         x, y, share = _parts(tree, tree.value(noise.outputs["Color"]))
         # The digits of x below the width of a texel, which it chooses, are a further random number.
         further = tree.math("FRACT", x * float(layout.size))
         drawn, _ = _look_up(tree, self.wavelengths, tree.vector(share, further, 0.0), label="Wavelength")
         wavelength, *normals = _parts(tree, drawn)
-        x, y = x * (1 / layout.columns), y * (1 / layout.rows)
+        # A step to the next tile, and to the next layer.
+        across, upward = 1 / (layout.columns * count), 1 / layout.rows
+        x, y = x * across if layer is None else x.times_plus(across, layer * (1 / count)), y * upward
         rounded, alpha = _look_up(tree, self.image, tree.vector(x, y, 0.0), label="q")
         red, green, blue = _parts(tree, rounded)
 
         def weight(s: Value) -> Value:
-            along = s.times_plus(layout.pieces / layout.s_last, 1.0)
-            tile = tree.minimum(tree.math("FLOOR", along), float(layout.pieces)) if layout.pieces > 1 else None
+            pieces = of_layer(layer, [float(each.pieces) for each in self.layouts])
+            along = s.times_plus(of_layer(layer, [each.pieces / each.s_last for each in self.layouts]), 1.0)
+            tile = None if pieces == 1 else tree.minimum(tree.math("FLOOR", along), pieces)
             t = (along - (1.0 if tile is None else tile)).times_plus(2.0, -1.0)
-            colour, third = _look_up(tree, self.image, _in_tile(tree, (x, y), layout, tile), label="W")
+            at = _in_tile(tree, (x, y), tile, columns=layout.columns, step=(across, upward))
+            colour, third = _look_up(tree, self.image, at, label="W")
             zeroth, first, second = _parts(tree, colour)
             return third.times_plus(t, second).times_plus(t, first).times_plus(t, zeroth)
 
@@ -140,16 +147,19 @@ class SampleSetNodes:
         return Draw((red + blue, green + alpha), wavelength, (normals[0], normals[1]), weight, reflectance)
 
 
-def _in_tile(tree: Tree, texel: tuple[Value, Value], layout: SampleSetLayout, tile: Value | None) -> Value:
-    """The place in the picture of a texel of tile 0 in another tile; None is tile 1, the only other one."""
-    x, y = texel
+def _in_tile(
+    tree: Tree, texel: tuple[Value, Value], tile: Value | None, *, columns: int, step: tuple[float, float]
+) -> Value:
+    """The place in the picture of a texel of tile 0 in another tile; None is tile 1, the only other one. `step`: from a
+    tile to the next, across and upward."""
+    (x, y), (across, upward) = texel, step
     if tile is None:
-        return tree.vector(x, y + 1 / layout.rows, 0.0)
-    if layout.columns == 1:
-        return tree.vector(x, tile.times_plus(1 / layout.rows, y), 0.0)
-    row = tree.math("FLOOR", tile.times_plus(1 / layout.columns, 0.25 / layout.columns))
-    column = tile - row * float(layout.columns)
-    return tree.vector(column.times_plus(1 / layout.columns, x), row.times_plus(1 / layout.rows, y), 0.0)
+        return tree.vector(x, y + upward, 0.0)
+    if columns == 1:
+        return tree.vector(x, tile.times_plus(upward, y), 0.0)
+    row = tree.math("FLOOR", tile.times_plus(1 / columns, 0.25 / columns))
+    column = tile - row * float(columns)
+    return tree.vector(column.times_plus(across, x), row.times_plus(upward, y), 0.0)
 
 
 def wavelengths_image(illuminant: str, reference_m: float) -> bpy.types.Image:
@@ -229,11 +239,15 @@ class SeenSurface:
     height_scale  the factor of the relief's heights"""
 
     tree: Tree
-    image: bpy.types.Image
-    layout: Layout
+    atlas: Atlas
     above: Direction
     ior: Value
     height_scale: Value
+
+    @property
+    def layout(self) -> Layout:
+        """The layout of the bake."""
+        return self.atlas.layout
 
     @property
     def plate(self) -> Plate:
@@ -258,13 +272,13 @@ class SeenSurface:
     @cached_property
     def gain(self) -> Value:
         """What of the scattered light leaves the plate towards the viewer."""
-        return scattered_gain(self.tree, self.image, self.layout, way=self.above)
+        return scattered_gain(self.tree, self.atlas, way=self.above)
 
     def scattered_out(self, light: Value, above: Direction) -> Value:
         """Scattered light from a direction, times what of it leaves the plate."""
         if not self.plate.present:
             return light
-        gain = scattered_gain(self.tree, self.image, self.layout, way=above)
+        gain = scattered_gain(self.tree, self.atlas, way=above)
         return light * self.tree.math("MULTIPLY", gain, self.gain)
 
 
@@ -275,11 +289,10 @@ def mirror_image(
     tree = surface.tree
     triples = surface.layout.triples if of_world is not None else 1
     w = surface.cosine * 2.0 * surface.height_scale
-    image, layout = surface.image, surface.layout
-    channels = [zero_order_at(tree, image, layout, w=w, triple=triple) for triple in range(triples)]
+    channels = [zero_order_at(tree, surface.atlas, w=w, triple=triple) for triple in range(triples)]
     share = _reflected(surface, normal)
     if surface.plate.present:
-        gains = (mirror_gain(tree, image, layout, way=surface.above, triple=triple) for triple in range(triples))
+        gains = (mirror_gain(tree, surface.atlas, way=surface.above, triple=triple) for triple in range(triples))
         passed = tree.squared(surface.plate.passed(tree, surface.above, surface.inside))
         channels = [colour.times_plus(passed, gain) for colour, gain in zip(channels, gains, strict=True)]
     colours = [shown_rgb(tree, rgb_from_xyz, channels[0])]
@@ -307,29 +320,29 @@ def build_world_group(
     name: str, image: bpy.types.Image, layout: Layout, *, draws: SampleSetNodes, rgb_from_xyz: np.ndarray,
     lamp_table: bpy.types.Image | None = None,
 ) -> bpy.types.NodeTree:  # fmt: skip
-    """The World group of one bake, from its atlas and its sample set. rgb_from_xyz (3, 3) gives the scene's RGB.
-    `lamp_table` (atlas_nodes.py) is for a bake with more channels than XYZ."""
+    """The World group of one bake, or of several as layers, from the atlas and the sample sets. rgb_from_xyz (3, 3)
+    gives the scene's RGB. `lamp_table` (atlas_nodes.py) is for a bake with more channels than XYZ."""
     group = bpy.data.node_groups.new(f"{GROUP_PREFIX} {name}", "ShaderNodeTree")
-    if lamp_table is None:
-        add_interface(group, WORLD_QUESTION, WORLD_ANSWER)
-    else:
-        add_interface(group, (*WORLD_QUESTION, SPECTRUM), SPECTRAL_WORLD_ANSWER)
+    more = [*([LAYER] if len(draws.layouts) > 1 else []), *([] if lamp_table is None else [SPECTRUM])]
+    add_interface(group, (*WORLD_QUESTION, *more), WORLD_ANSWER if lamp_table is None else SPECTRAL_WORLD_ANSWER)
     tree = Tree(group)
     asked = tree.inputs()
+    layer = asked.get(LAYER.name)
+    atlas = Atlas(image, layout, len(draws.layouts), layer)
     n, t, sharp, roughness, ior, period_scale, height_scale = (asked[each.name] for each in WORLD_QUESTION)
     b = tree.cross(n, t)
     geometry = tree.node("ShaderNodeNewGeometry")
     wr = tree.value(geometry.outputs["Incoming"])
     if not layout.holds_reflectance:
         ior = dielectric_ior(tree, ior)
-    surface = SeenSurface(tree, image, layout, Direction.seen_in(tree, wr, (t, b, n)), ior, height_scale)
+    surface = SeenSurface(tree, atlas, Direction.seen_in(tree, wr, (t, b, n)), ior, height_scale)
     colours = None
     if lamp_table is not None:
         colours = LampColours(tree, lamp_table, asked[SPECTRUM.name], layout.triples)
     mirrored, *mirrored_of_world = mirror_image(surface, n, rgb_from_xyz, of_world=colours)
 
-    draw = draws.add_to(tree, tree.value(geometry.outputs["Position"]))
-    variance = _variance(tree, draw, layout.sigma_b, draws.layout.blur)
+    draw = draws.add_to(tree, tree.value(geometry.outputs["Position"]), layer)
+    variance = _variance(tree, draw, layout.sigma_b, of_layer(layer, [-(each.blur**2) for each in draws.layouts]))
     deviation = tree.sqrt(variance) if isinstance(variance, Value) else variance**0.5
     moved = [each * deviation for each in draw.normals]
     u, v = (q.times_plus(draw.wavelength, each) for q, each in zip(draw.q, moved, strict=True))
@@ -340,7 +353,7 @@ def build_world_group(
     )
     order = _Order.of(surface, across, along)
     # The constant factors of all draws: D, the weights' scale, and the 4 of G.
-    scale = drawn_weight(layout.illuminant) * draws.layout.scale * 4.0
+    scale = drawn_weight(layout.illuminant) * draws.layouts[0].scale * 4.0
     table = _Looked(surface, scale, uv=(u, v), w=order.w)
     inverse = tree.math("DIVIDE", height_scale, draw.wavelength)
     gain = tree.squared(inverse) * draw.weight(order.w * inverse) * _gain(surface, order, draw)
@@ -403,11 +416,12 @@ class _Order:
         return tree.blend(0.5, tree.blend(0.5, *parts[:2]), parts[2])
 
 
-def _variance(tree: Tree, draw: Draw, sigma_b: float, blur: float) -> Value | float:
-    """The variance in (u, v) of the part of the kernel that the sample set lacks at the drawn wavelength."""
-    if blur == 0:
+def _variance(tree: Tree, draw: Draw, sigma_b: float, held: Value | float) -> Value | float:
+    """The variance in (u, v) of the part of the kernel that the sample set lacks at the drawn wavelength. `held` is the
+    negative variance of what it has."""
+    if held == 0:
         return sigma_b**2
-    return tree.maximum(tree.squared(draw.wavelength).times_plus(-(blur**2), sigma_b**2), 0.0)
+    return tree.maximum(tree.squared(draw.wavelength).times_plus(held, sigma_b**2), 0.0)
 
 
 class _Looked:
@@ -416,7 +430,7 @@ class _Looked:
 
     def __init__(self, surface: SeenSurface, scale: float, *, uv: tuple[Value, Value], w: Value):
         self.tree, self.layout, self.scale = surface.tree, surface.layout, scale
-        self.table = AtlasTable(self.tree, surface.image, self.layout, uv=uv, w=w * surface.height_scale)
+        self.table = AtlasTable(self.tree, surface.atlas, uv=uv, w=w * surface.height_scale)
         self.xyz = self.table.read(self.table.sharp)
         total = self.tree.maximum(self.tree.dot(self.xyz, (1.0, 1.0, 1.0)), _SUM_MIN)
         self.share = self.tree.math("DIVIDE", self.table.inside * scale, total)

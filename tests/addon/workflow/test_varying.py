@@ -127,6 +127,28 @@ def test_lamps_that_come_later_light_all_reliefs(scene, others, addon):
     assert [labels.count(label) for label in ("Response", "Response 2", "Response 3")] == [2, 2, 2]
 
 
+def test_bakes_of_one_layout_cost_little_more_than_one(scene, others, addon, baked, tmp_path):
+    """Layers of one picture, which new lamps and files keep, a lost picture renews and other bakes replace."""
+    for each in others[1:]:
+        shutil.copy(baked.with_name("waves.lobes.exr"), tmp_path / f"{each.name}.lobes.exr")
+    group, layered_in = others[0].group, addon.response.layered_in
+    nodes = addon.interface.size_of(group).nodes
+    bpy.ops.grating.vary(second="second", second_share=0.3, third="third", third_share=0.3)
+    layers = layered_in(group)
+    assert layers is not None and len(responses(addon, others[0])) == 3
+    assert addon.interface.size_of(group).nodes < 1.15 * nodes
+    scene.collection.objects.link(bpy.data.objects.new("Second", bpy.data.lights.new("Second", "POINT")))
+    addon.lighting.update_all_lamps()
+    assert layered_in(group) == layers
+    assert [node.label for node in group.nodes].count("Layered Response") == 2
+    next(node for node in layers.group.nodes if node.type == "TEX_IMAGE").image = None
+    assert "its picture was deleted" in str(*addon.lost_parts.faults_of([group]))
+    bpy.ops.grating.mend()
+    assert layered_in(group) is not None and not addon.lost_parts.faults_of([group])
+    bpy.ops.grating.vary()
+    assert layered_in(group) is None and not any("ng_layers" in each for each in bpy.data.node_groups)
+
+
 def test_undo_takes_it_back(scene, others, addon):
     bpy.ops.ed.undo_push(message="Before")
     bpy.ops.grating.vary(second="second", turn=0.1)

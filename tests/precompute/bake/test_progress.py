@@ -4,10 +4,10 @@
 import numpy as np
 import pytest
 
-from precompute.bake import make as make_module
 from precompute.bake.make import make
 from precompute.bake.request import BakeRequest
 from precompute.base.failure import GratingError
+from precompute.measure.errors import Errors
 from precompute.reflectance.matter import parse
 from precompute.surface.height_map import HeightMap
 from precompute.surface.relief import prepare
@@ -47,7 +47,7 @@ def test_one_bar_over_the_whole_bake(scans, matter):
 
 @pytest.mark.night("tests/precompute/bake/test_spread.py")
 def test_a_second_attempt_goes_on_where_the_first_ended(monkeypatch):
-    monkeypatch.setattr(make_module, "_excess", lambda *_: 2.0)
+    monkeypatch.setattr(Errors, "over", lambda *_: 2.0)
     stages, fractions = told_by([relief(100e-9)], BakeRequest(delta_e=3.0))
     assert stages[0].startswith("expects ") and stages[1:] == STAGES
     assert (np.diff(fractions) >= 0).all()

@@ -5,6 +5,7 @@ import pytest
 
 from precompute.bake import make as make_module
 from precompute.bake.request import BakeRequest
+from precompute.measure.errors import Errors
 from precompute.surface.relief import prepare
 from precompute.surface.samples.ruled_gratings import sinusoidal
 
@@ -20,7 +21,7 @@ def test_it_asks_for_a_smaller_error_alone(monkeypatch):
 
     monkeypatch.setattr(make_module, "_attempt", told)
     errors = iter([2.0, 2.0])
-    monkeypatch.setattr(make_module, "_excess", lambda *_: next(errors, 0.5))
+    monkeypatch.setattr(Errors, "over", lambda *_: next(errors, 0.5))
     monkeypatch.setattr(make_module, "with_learnt_basis", lambda table, _: table)
     relief = prepare(sinusoidal(2.5e-6, 60e-9, periods=4, samples_per_period=32, rows=128))
     make_module.make([relief], BakeRequest(delta_e=10.0))

@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Several bakes as layers of one picture (precompute/bake/layers.py): a response that reads one of them at each place,
+at the price of one.
+
+It stands beside the responses of the bakes in a group that varies (skin_nodes.py), which keep their own pictures."""
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, TypeVar
+
+import bpy
+import numpy as np
+
+from ....precompute.base.failure import GratingError
+from ....precompute.colour.spaces import rgb_from_xyz
+from ....precompute.table import atlas, sample_set
+from ...blender import stored
+from ...blender.guard import absolute
+from ...blender.working_space import working_space
+from ..atlas_nodes import lamp_table_image
+from ..lobes.lobes_group import SampleSetNodes, build_world_group, reflectance_image, wavelengths_image
+from ..matter_nodes import note_matter
+from ..pictures import fault_in, fault_of, note_pictures, noted_content
+from ..response import Response, note_working_space
+from .direct_group import build_direct_group
+from .direct_response import load_atlas
+
+# Custom properties of the node groups for lamps and for a world, saved in files: what their layers were made from.
+_LAYERS, _WORLD_LAYERS = "ng_layers", "ng_world_layers"
+# The labels of the nodes that read a table and a sample set.
+_TABLE, _DRAWS = "B0", "q"
+
+_Held = TypeVar("_Held")
+
+
+def layers_of(responses: Sequence[Response]) -> Response | None:
+    """The file's response that has these as layers; None if there is none."""
+    mark = _mark(responses)
+    if len(responses) < 2 or mark is None:
+        return None
+    own, world = _marked(_LAYERS, mark), _marked(_WORLD_LAYERS, mark)
+    return None if own is None or (world is None and _light_by_world(responses)) else Response(own, world)
+
+
+def make_layers(responses: Sequence[Response]) -> None:
+    """Make the response that has these as layers, unless the file has it or they cannot be layers of one picture."""
+    mark = _mark(responses)
+    if len(responses) < 2 or mark is None or layers_of(responses) is not None:
+        return
+    # What prevents it, such as a bake of another version, is no fault: each response answers for itself.
+    with suppress(GratingError, OSError), TemporaryDirectory() as folder:
+        made = _made(responses, Path(folder))
+        for key, group in () if made is None else ((_LAYERS, made.group), (_WORLD_LAYERS, made.world)):
+            if group is not None:
+                group[key] = mark
+                note_pictures(group)
+
+
+def unused_layers() -> list[bpy.types.NodeTree]:
+    """The file's node groups of layers that no group shows any more."""
+    return [
+        group for group in bpy.data.node_groups if group.users == 0 and (_LAYERS in group or _WORLD_LAYERS in group)
+    ]
+
+
+def _made(responses: Sequence[Response], folder: Path) -> Response | None:
+    from ....precompute.bake.layers import as_layers, can_be_layers  # most sessions do not need it
+
+    bakes = [_read(response.group, _TABLE, folder, atlas.read) for response in responses]
+    sets = [_read(response.world, _DRAWS, folder, sample_set.read)[0] for response in responses if response.world]
+    tables = [table for table, _ in bakes]
+    matter, *others = (atlas.matter_in(atlas.layout_of(table), record, folder) for table, record in bakes)
+    same = all(other == matter for other in others) and len({each.q.shape for each in sets}) < 2
+    if not same or len(sets) not in (0, len(tables)) or not can_be_layers(tables):
+        return None
+    picture, layout = atlas.pack_layers(as_layers(tables, min(record.get("asked_delta_e", 1.0) for _, record in bakes)))
+    image, light = _loaded(folder / "layers.exr", picture), layout.illuminant
+    settings: dict[str, Any] = {
+        "rgb_from_xyz": rgb_from_xyz(working_space(), light),
+        "lamp_table": lamp_table_image(light) if layout.triples > 1 else None,
+    }
+    response = build_direct_group("Layers", image, layout, layers=len(tables), **settings)
+    note_working_space(response)
+    note_matter(response.group, matter, light)
+    if not sets:
+        return response
+    picture, layouts = sample_set.pack_layers(sets)
+    draws = SampleSetNodes(
+        _loaded(folder / "layers.lobes.exr", picture, alpha="CHANNEL_PACKED"),
+        layouts,
+        wavelengths_image(light, layouts[0].wavelength),
+        reflectance_image(matter, light) if matter.baked else None,
+    )
+    return response._replace(world=build_world_group("Layers", image, layout, draws=draws, **settings))
+
+
+def _loaded(path: Path, picture: np.ndarray, *, alpha: str = "NONE") -> bpy.types.Image:
+    """A picture as a data-block, packed into the .blend, by a file that may go afterwards."""
+    atlas.write_exr(path, picture, {})
+    image = load_atlas(path, half=picture.dtype == np.float16, alpha=alpha)
+    image.filepath_raw = f"//{path.name}"
+    return image
+
+
+def _read(
+    tree: bpy.types.NodeTree, label: str, folder: Path, read: Callable[[Path], tuple[_Held, dict[str, Any]]]
+) -> tuple[_Held, dict[str, Any]]:
+    """What is in the picture that a node of a response reads. Raises GratingError if it is no file of a bake."""
+    image, path = _picture(tree, label), folder / "bake.exr"
+    if image is None:
+        raise GratingError(tree.name, "its picture was deleted", "bake again")
+    packed = image.packed_file
+    path.write_bytes(Path(absolute(image.filepath)).read_bytes() if packed is None else packed.data)
+    return read(path)
+
+
+def _picture(tree: bpy.types.NodeTree, label: str) -> bpy.types.Image | None:
+    """The intact picture that a node of a response reads."""
+    images = (node.image for node in tree.nodes if node.type == "TEX_IMAGE" and node.label == label)
+    return next((image for image in images if not fault_of(image)), None)
+
+
+def _mark(responses: Sequence[Response]) -> str | None:
+    """What a response that has these as layers is made from, with its colours' space; None if a picture is lost."""
+    pictures = [_picture(response.group, _TABLE) for response in responses]
+    pictures += [_picture(response.world, _DRAWS) for response in responses if response.world]
+    if None in pictures:
+        return None
+    return " ".join([working_space(), *(noted_content(picture) for picture in pictures if picture is not None)])
+
+
+def _marked(key: str, mark: str) -> bpy.types.NodeTree | None:
+    """The file's intact node group with a mark."""
+    groups = (group for group in bpy.data.node_groups if group.library is None and stored.text(group, key) == mark)
+    return next((group for group in groups if not fault_in(group)), None)
+
+
+def _light_by_world(responses: Sequence[Response]) -> bool:
+    return all(response.world is not None for response in responses)
