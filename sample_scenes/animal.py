@@ -68,11 +68,11 @@ class Sun:
 
 # A flash and a window. Xenopeltis diffracts across the body, so its flash stands square to the long runs: a streak of
 # colour follows the flash's white image along them. Elaphe diffracts along the body, so its flash stands at an angle to
-# the long runs. The window shows the skin. A warmer light would leave less violet on Xenopeltis, but makes its skin and
-# soil amber.
-_WARM = (1.0, 0.885, 0.67)
+# the long runs. The window shows the skin. A whiter light leaves more violet on Xenopeltis, and a warmer one makes skin
+# and soil amber.
+_WARM = (1.0, 0.91, 0.715)
 SUNS = {
-    "XENOPELTIS": (Sun(93.0, 54.0, 2.1, 4.5, _WARM), Sun(228.0, 66.0, 1.75, 16.0, _WARM)),
+    "XENOPELTIS": (Sun(93.0, 54.0, 3.6, 4.2, _WARM), Sun(228.0, 66.0, 6.2, 15.0, _WARM)),
     "ELAPHE": (Sun(140.0, 44.0, 4.2, 2.5), Sun(215.0, 60.0, 2.0, 60.0)),
 }
 LONE_SUN = {"XENOPELTIS": Sun(-75.0, 58.0, 7.0, 0.53), "ELAPHE": Sun(-35.0, 45.0, 6.0, 1.5)}

@@ -112,7 +112,7 @@ def _xenopeltis(tree: Tree) -> Value:
     the sides, in places worn away; a white belly."""
     skin = _Skin(tree)
     side = skin.step(skin.around, 0.15, 0.55)
-    plate = skin.blend(side, (0.0225, 0.0104, 0.0080), (0.044, 0.0201, 0.0143))
+    plate = skin.blend(side, (0.0300, 0.0140, 0.0104), (0.0580, 0.0272, 0.0188))
     plate = plate * (skin.random * 0.5 + 0.75) * (skin.noise(9.0) * 0.9 + 0.55)
     pale = skin.step(skin.around + skin.random * 0.10, 0.57, 0.66)
     plate = skin.blend(pale, plate, (0.60, 0.53, 0.44))

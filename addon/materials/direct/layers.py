@@ -100,7 +100,7 @@ def _loaded(path: Path, picture: np.ndarray, *, alpha: str = "NONE") -> bpy.type
     """A picture as a data-block, packed into the .blend, by a file that may go afterwards."""
     atlas.write_exr(path, picture, {})
     image = load_atlas(path, half=picture.dtype == np.float16, alpha=alpha)
-    image.filepath_raw = f"//{path.name}"
+    image.filepath_raw = f"//{image.name}.exr"  # its own, if an artist unpacks it
     return image
 
 
