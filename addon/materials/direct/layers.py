@@ -16,7 +16,7 @@ import numpy as np
 from ....precompute.base.failure import GratingError
 from ....precompute.colour.spaces import rgb_from_xyz
 from ....precompute.table import atlas, sample_set
-from ...blender import stored
+from ...blender import compat, stored
 from ...blender.guard import absolute
 from ...blender.working_space import working_space
 from ..atlas_nodes import lamp_table_image
@@ -76,7 +76,7 @@ def _made(responses: Sequence[Response], folder: Path) -> Response | None:
     if not same or len(sets) not in (0, len(tables)) or not can_be_layers(tables):
         return None
     picture, layout = atlas.pack_layers(as_layers(tables, min(record.get("asked_delta_e", 1.0) for _, record in bakes)))
-    image, light = _loaded(folder / "layers.exr", picture), layout.illuminant
+    image, light = _packed(folder / "layers.exr", picture), layout.illuminant
     settings: dict[str, Any] = {
         "rgb_from_xyz": rgb_from_xyz(working_space(), light),
         "lamp_table": lamp_table_image(light) if layout.triples > 1 else None,
@@ -88,7 +88,7 @@ def _made(responses: Sequence[Response], folder: Path) -> Response | None:
         return response
     picture, layouts = sample_set.pack_layers(sets)
     draws = SampleSetNodes(
-        _loaded(folder / "layers.lobes.exr", picture, alpha="CHANNEL_PACKED"),
+        _packed(folder / "layers.lobes.exr", picture, alpha="CHANNEL_PACKED"),
         layouts,
         wavelengths_image(light, layouts[0].wavelength),
         reflectance_image(matter, light) if matter.baked else None,
@@ -96,10 +96,25 @@ def _made(responses: Sequence[Response], folder: Path) -> Response | None:
     return response._replace(world=build_world_group("Layers", image, layout, draws=draws, **settings))
 
 
-def _loaded(path: Path, picture: np.ndarray, *, alpha: str = "NONE") -> bpy.types.Image:
-    """A picture as a data-block, packed into the .blend, by a file that may go afterwards."""
-    atlas.write_exr(path, picture, {})
-    image = load_atlas(path, half=picture.dtype == np.float16, alpha=alpha)
+def _packed(path: Path, picture: np.ndarray, *, alpha: str = "NONE") -> bpy.types.Image:
+    """A picture as a data-block, packed into the .blend, by a file that may go afterwards.
+
+    Blender itself writes the file: another OpenEXR library beside its own may fail, and what it packs without a file it
+    does not compress."""
+    rows, columns, channels = picture.shape
+    image = bpy.data.images.new(path.stem, columns, rows, float_buffer=True, is_data=True, alpha=True)
+    pixels = np.ones((rows, columns, 4), np.float32)
+    pixels[..., :channels] = picture
+    image.pixels.foreach_set(pixels.ravel())
+    half = picture.dtype == np.float16
+    scene = bpy.data.scenes.new(path.stem)
+    settings = scene.render.image_settings
+    compat.write_pictures(settings, "OPEN_EXR")
+    settings.color_mode, settings.color_depth, settings.exr_codec = "RGBA", "16" if half else "32", "ZIP"
+    image.save_render(str(path), scene=scene)
+    bpy.data.scenes.remove(scene)
+    bpy.data.images.remove(image)
+    image = load_atlas(path, half=half, alpha=alpha)
     image.filepath_raw = f"//{image.name}.exr"  # its own, if an artist unpacks it
     return image
 
