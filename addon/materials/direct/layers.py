@@ -111,9 +111,13 @@ def _packed(path: Path, picture: np.ndarray, *, alpha: str = "NONE") -> bpy.type
     settings = scene.render.image_settings
     compat.write_pictures(settings, "OPEN_EXR")
     settings.color_mode, settings.color_depth, settings.exr_codec = "RGBA", "16" if half else "32", "ZIP"
-    image.save_render(str(path), scene=scene)
-    bpy.data.scenes.remove(scene)
-    bpy.data.images.remove(image)
+    try:
+        image.save_render(str(path), scene=scene)
+    except RuntimeError as error:
+        raise GratingError(path, "Blender cannot write it", "check the folder of temporary files") from error
+    finally:
+        bpy.data.scenes.remove(scene)
+        bpy.data.images.remove(image)
     image = load_atlas(path, half=half, alpha=alpha)
     image.filepath_raw = f"//{image.name}.exr"  # its own, if an artist unpacks it
     return image
