@@ -33,7 +33,14 @@ class KeptGroups:
             draws = more.get("draws")
             pictures = [image, lamp_table, *((draws.image, draws.wavelengths, draws.reflectance) if draws else ())]
             there = tuple(each is not None for each in pictures)
-            key = (build.__name__, repr(layout), rgb_from_xyz.tobytes(), repr(draws and draws.layouts), there)
+            key = (
+                build.__name__,
+                repr(layout),
+                rgb_from_xyz.tobytes(),
+                repr(draws and draws.layouts),
+                more.get("layers"),
+                there,
+            )
             if key in self._kept:
                 return response_of(_read(self._kept[key], name, pictures))
             made = build(name, image, layout, rgb_from_xyz=rgb_from_xyz, lamp_table=lamp_table, **more)

@@ -56,8 +56,8 @@ class Direction:
 
 @dataclass(frozen=True)
 class Atlas:
-    """A picture with the atlas of a bake, or with those of several of one layout, one above the other. `layer` is the
-    number of the one to read, counted from the lowest; None if there is one."""
+    """The picture of one bake, or of several bakes of one layout, stacked upward. `layer` chooses the bake to read,
+    counted from the bottom; None if there is only one."""
 
     image: bpy.types.Image
     layout: Layout

@@ -224,12 +224,14 @@ def answers_to_world(group: bpy.types.NodeTree) -> bool:
 def refill(group: bpy.types.NodeTree, responses: tuple[Response, ...]) -> None:
     """Rebuild a Diffraction group's nodes around responses, with its present lamps and sources. Several become layers
     of one picture if they can."""
-    from .direct.layers import make_layers, unused_layers  # most sessions begin without it
-    from .pictures import parts_of, remove_unused
+    varied = len(responses) > 1 or layered_in(group) is not None
+    if varied:
+        from .direct.layers import make_layers, remove_unused_layers  # most sessions begin without it
 
-    make_layers(responses)
+        make_layers(responses)
     fill_group(group, responses, lamps_in(group), sources=sources_in(group))
-    remove_unused(part for tree in unused_layers() for part in parts_of(tree))
+    if varied:
+        remove_unused_layers()
 
 
 def fill_group(

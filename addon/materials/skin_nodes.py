@@ -36,7 +36,6 @@ from ..lamps.lamp_group import (
 from ..lamps.sky import REST_SPECTRUM, source_light
 from ..nodes.builder import Operand, Tree, Value, by_group
 from ..nodes.interface import Socket
-from .direct.layers import layers_of
 from .group_properties import (
     answers_every_lamp,
     areas_in,
@@ -215,6 +214,15 @@ def _shares(beyond: Sequence[Value]) -> list[Value | None]:
     return [1.0 - beyond[0], *(a - b for a, b in pairwise(beyond)), beyond[-1]] if beyond else [None]
 
 
+def _layers_of(responses: Sequence[Response]) -> Response | None:
+    """The response that holds these as layers, or None. One response has none."""
+    if len(responses) < 2:
+        return None
+    from .direct.layers import layers_of  # most sessions begin without it
+
+    return layers_of(responses)
+
+
 # The seed of the random number that draws a layer. Those of lamps are 0 and more.
 _LAYER_SEED = -2.0
 
@@ -354,7 +362,7 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
     strength, covered = inputs["Strength"] * coated, tree.minimum(inputs["Strength"], 1.0) * coated
     settings: dict[Socket, Value] = {socket: inputs[socket.name] for socket in SETTINGS}
     reliefs: list[tuple[int, tuple[Response, Value | None]]]
-    if (layered := layers_of(responses)) is None:
+    if (layered := _layers_of(responses)) is None:
         reliefs = list(enumerate(zip(responses, _shares(beyond), strict=True), start=1))
     else:
         for k, response in enumerate(responses, start=1):

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Brings several bakes to one layout, so that a material reads one of them at each place at the price of one.
 
-Variation shows one of several scans at each place. Read apart, all are read and all but one thrown away. With the same
-kernel, texels, blur levels and functions of w they are layers of one picture (table/atlas.py), and a reader differs by
-an offset alone.
+Variation shows one of several scans at each place. A material that reads separate bakes reads all of them and discards
+all but one. Bakes with the same kernel, texels, blur levels and functions of w can be layers of one picture
+(table/atlas.py). The material then chooses a layer by an offset, and reads only that layer.
 
-The kernel is the widest of all. The texels are as many to a kernel as in the bake that has most. The functions of w are
-learnt from all bakes together, as few as add little to the error that each was asked to keep (levels_and_basis.py)."""
+The common kernel is the widest one. The common texels resolve it as well as the finest bake resolves its own kernel.
+The functions of w are learnt from all bakes together: the fewest that add little to each bake's requested error
+(levels_and_basis.py)."""
 
 from bisect import bisect_left
 from collections.abc import Sequence
@@ -14,7 +15,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..optics.region import FARTHEST
 from ..table import atlas
 from ..table.table import Table
 from .levels_and_basis import adds_little, comparison, learnt_basis, on_grid, with_levels
@@ -36,7 +36,7 @@ def can_be_layers(tables: Sequence[Table]) -> bool:
         and any(table.terms.any() for table in tables)
         and all(_alike(first) == _alike(table) for table in others)
         and max(kernels) <= _WIDER_MAX * min(kernels)
-        and (_have_one_grid(tables) or all(map(_is_whole, tables)))
+        and (_have_one_grid(tables) or all(atlas.layout_of(table).whole for table in tables))
     )
 
 
@@ -46,7 +46,8 @@ def as_layers(tables: Sequence[Table], delta_e: float) -> tuple[Table, ...]:
     if not _have_one_grid(tables):
         sigma_b = max(table.sigma_b for table in tables)
         texel = min(table.texel / table.sigma_b for table in tables) * sigma_b
-        axis = texel_middles(-_farthest(tables[0]), _farthest(tables[0]), texel)
+        farthest = atlas.layout_of(tables[0]).farthest
+        axis = texel_middles(-farthest, farthest, texel)
         tables = [on_grid(table, (axis, axis), sigma_b=sigma_b) for table in tables]
     functions, to_tiles = learnt_basis(_together(tables))
     compared = [comparison(table, table.illuminant) for table in tables]
@@ -78,16 +79,6 @@ def _have_one_grid(tables: Sequence[Table]) -> bool:
     return all(grid[0] == grids[0][0] and np.allclose(grid[1:], grids[0][1:], rtol=1e-9, atol=0) for grid in grids)
 
 
-def _farthest(table: Table) -> float:
-    """The greatest |u| of any pair of directions."""
-    return FARTHEST / table.plate_ior
-
-
-def _is_whole(table: Table) -> bool:
-    rim = _farthest(table) - 1e-9
-    return table.w_range == (0.0, 2.0) and all(low <= -rim and high >= rim for low, high in table.region)
-
-
 def _polynomials(table: Table, count: int) -> np.ndarray:
     """The table's functions of w (K, count) as sums of T_0 to T_(count-1)."""
     return np.pad(table.basis, ((0, 0), (0, count - table.basis.shape[1])))
@@ -104,8 +95,8 @@ def _together(tables: Sequence[Table]) -> Table:
 
 
 def _in_basis(table: Table, functions: np.ndarray, to_tiles: np.ndarray, precision: type[np.floating]) -> Table:
-    """A table without wider levels by other functions of w (K, J). `to_tiles` (K, J) leads to their tiles from those of
-    the polynomials."""
+    """Express a table, without wider levels, in other functions of w (K, J). `to_tiles` (K, J) gives their tiles from
+    the polynomials' tiles."""
     matrix = to_tiles @ _polynomials(table, to_tiles.shape[1]).T
     terms = np.tensordot(matrix.astype(np.float32), table.terms, axes=1)
     return replace(table, terms=terms, basis=functions, wider=(), precision=precision)

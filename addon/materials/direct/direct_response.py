@@ -7,9 +7,10 @@ import bpy
 
 from ....precompute.base.failure import GratingError
 from ....precompute.colour.spaces import rgb_from_xyz
+from ....precompute.reflectance.matter import Matter
 from ....precompute.surface.generated.parameters import title_of_stem
-from ....precompute.table.atlas import matter_in, read_sound_header
-from ....precompute.table.sample_set import path_beside
+from ....precompute.table.atlas import Layout, matter_in, read_sound_header
+from ....precompute.table.sample_set import SampleSetLayout, path_beside
 from ....precompute.table.sample_set import read_sound_header as read_sound_set_header
 from ...blender.working_space import working_space
 from ..atlas_nodes import lamp_table_image
@@ -35,25 +36,34 @@ def direct_response(path: Path) -> Response:
         draws_layout, draws_record = read_sound_set_header(draws_path)
         if any(record[key] != draws_record[key] for key in _OF_A_BAKE if key in record and key in draws_record):
             raise GratingError(draws_path, f"of another bake than {path.name}", "bake again, or delete it")
-    image = load_atlas(path, half=record.get("precision") != "float32")
-    matrix = rgb_from_xyz(working_space(), layout.illuminant)
-    name = title_of_stem(path.stem)
-    lamps = lamp_table_image(layout.illuminant) if layout.triples > 1 else None
-    response = build_direct_group(name, image, layout, rgb_from_xyz=matrix, lamp_table=lamps)
-    note_working_space(response)
+    image, draws = load_atlas(path, half=record.get("precision") != "float32"), None
+    if draws_layout is not None:
+        draws = load_atlas(draws_path, half=True, alpha="CHANNEL_PACKED"), (draws_layout,)
+    name, matter = title_of_stem(path.stem), matter_in(layout, record, path)
+    response = response_of_pictures(name, image, layout, matter=matter, draws=draws)
     note_lamp_errors(response.group, layout.illuminant, record.get("delta_e", {}).get("lamps", {}))
-    matter = matter_in(layout, record, path)
-    note_matter(response.group, matter, layout.illuminant)
+    return response
+
+
+def response_of_pictures(
+    name: str, image: bpy.types.Image, layout: Layout, *, matter: Matter,
+    draws: tuple[bpy.types.Image, tuple[SampleSetLayout, ...]] | None, layers: int = 1,
+) -> Response:  # fmt: skip
+    """The response of the pictures of one bake, or of several bakes as layers. `draws` is the picture of their sample
+    sets and the layout of each; without it, only lamps light the surface."""
+    light = layout.illuminant
+    matrix = rgb_from_xyz(working_space(), light)
+    lamps = lamp_table_image(light) if layout.triples > 1 else None
+    response = build_direct_group(name, image, layout, rgb_from_xyz=matrix, lamp_table=lamps, layers=layers)
+    note_working_space(response)
+    note_matter(response.group, matter, light)
     note_pictures(response.group)
-    if draws_layout is None:
+    if draws is None:
         return response
-    draws = SampleSetNodes(
-        load_atlas(draws_path, half=True, alpha="CHANNEL_PACKED"),
-        (draws_layout,),
-        wavelengths_image(layout.illuminant, draws_layout.wavelength),
-        reflectance_image(matter, layout.illuminant) if matter.baked else None,
-    )
-    world = build_world_group(name, image, layout, draws=draws, rgb_from_xyz=matrix, lamp_table=lamps)
+    picture, layouts = draws
+    reflectance = reflectance_image(matter, light) if matter.baked else None
+    nodes = SampleSetNodes(picture, layouts, wavelengths_image(light, layouts[0].wavelength), reflectance)
+    world = build_world_group(name, image, layout, draws=nodes, rgb_from_xyz=matrix, lamp_table=lamps)
     note_pictures(world)
     return response._replace(world=world)
 

@@ -14,18 +14,13 @@ import bpy
 import numpy as np
 
 from ....precompute.base.failure import GratingError
-from ....precompute.colour.spaces import rgb_from_xyz
 from ....precompute.table import atlas, sample_set
 from ...blender import compat, stored
 from ...blender.guard import absolute
 from ...blender.working_space import working_space
-from ..atlas_nodes import lamp_table_image
-from ..lobes.lobes_group import SampleSetNodes, build_world_group, reflectance_image, wavelengths_image
-from ..matter_nodes import note_matter
-from ..pictures import fault_in, fault_of, note_pictures, noted_content
-from ..response import Response, note_working_space
-from .direct_group import build_direct_group
-from .direct_response import load_atlas
+from ..pictures import fault_in, fault_of, noted_content, parts_of, remove_unused
+from ..response import Response
+from .direct_response import load_atlas, response_of_pictures
 
 # Custom properties of the node groups for lamps and for a world, saved in files: what their layers were made from.
 _LAYERS, _WORLD_LAYERS = "ng_layers", "ng_world_layers"
@@ -36,33 +31,28 @@ _Held = TypeVar("_Held")
 
 
 def layers_of(responses: Sequence[Response]) -> Response | None:
-    """The file's response that has these as layers; None if there is none."""
-    mark = _mark(responses)
-    if len(responses) < 2 or mark is None:
-        return None
-    own, world = _marked(_LAYERS, mark), _marked(_WORLD_LAYERS, mark)
-    return None if own is None or (world is None and _light_by_world(responses)) else Response(own, world)
+    """The file's response that holds these responses as layers, or None."""
+    return _marked(_mark(responses), with_world=_have_worlds(responses))
 
 
 def make_layers(responses: Sequence[Response]) -> None:
-    """Make the response that has these as layers, unless the file has it or they cannot be layers of one picture."""
-    mark = _mark(responses)
-    if len(responses) < 2 or mark is None or layers_of(responses) is not None:
+    """Make a response that holds these as layers, unless the file has one or the bakes do not fit together."""
+    mark = _mark(responses) if len(responses) > 1 else ""
+    if not mark or _marked(mark, with_world=_have_worlds(responses)) is not None:
         return
-    # What prevents it, such as a bake of another version, is no fault: each response answers for itself.
+    # If they cannot be joined (a bake of another version, a full disk), each response answers for itself.
     with suppress(GratingError, OSError), TemporaryDirectory() as folder:
         made = _made(responses, Path(folder))
-        for key, group in () if made is None else ((_LAYERS, made.group), (_WORLD_LAYERS, made.world)):
-            if group is not None:
-                group[key] = mark
-                note_pictures(group)
+        if made is not None:
+            made.group[_LAYERS] = mark
+            if made.world is not None:
+                made.world[_WORLD_LAYERS] = mark
 
 
-def unused_layers() -> list[bpy.types.NodeTree]:
-    """The file's node groups of layers that no group shows any more."""
-    return [
-        group for group in bpy.data.node_groups if group.users == 0 and (_LAYERS in group or _WORLD_LAYERS in group)
-    ]
+def remove_unused_layers() -> None:
+    """Delete the file's node groups of layers that no group shows any more, and their pictures."""
+    marked = [group for group in bpy.data.node_groups if _LAYERS in group or _WORLD_LAYERS in group]
+    remove_unused(part for group in marked if group.users == 0 for part in parts_of(group))
 
 
 def _made(responses: Sequence[Response], folder: Path) -> Response | None:
@@ -76,24 +66,11 @@ def _made(responses: Sequence[Response], folder: Path) -> Response | None:
     if not same or len(sets) not in (0, len(tables)) or not can_be_layers(tables):
         return None
     picture, layout = atlas.pack_layers(as_layers(tables, min(record.get("asked_delta_e", 1.0) for _, record in bakes)))
-    image, light = _packed(folder / "layers.exr", picture), layout.illuminant
-    settings: dict[str, Any] = {
-        "rgb_from_xyz": rgb_from_xyz(working_space(), light),
-        "lamp_table": lamp_table_image(light) if layout.triples > 1 else None,
-    }
-    response = build_direct_group("Layers", image, layout, layers=len(tables), **settings)
-    note_working_space(response)
-    note_matter(response.group, matter, light)
-    if not sets:
-        return response
-    picture, layouts = sample_set.pack_layers(sets)
-    draws = SampleSetNodes(
-        _packed(folder / "layers.lobes.exr", picture, alpha="CHANNEL_PACKED"),
-        layouts,
-        wavelengths_image(light, layouts[0].wavelength),
-        reflectance_image(matter, light) if matter.baked else None,
-    )
-    return response._replace(world=build_world_group("Layers", image, layout, draws=draws, **settings))
+    image, draws = _packed(folder / "layers.exr", picture), None
+    if sets:
+        picture, layouts = sample_set.pack_layers(sets)
+        draws = _packed(folder / "layers.lobes.exr", picture, alpha="CHANNEL_PACKED"), layouts
+    return response_of_pictures("Layers", image, layout, matter=matter, draws=draws, layers=len(tables))
 
 
 def _packed(path: Path, picture: np.ndarray, *, alpha: str = "NONE") -> bpy.types.Image:
@@ -126,7 +103,7 @@ def _packed(path: Path, picture: np.ndarray, *, alpha: str = "NONE") -> bpy.type
 def _read(
     tree: bpy.types.NodeTree, label: str, folder: Path, read: Callable[[Path], tuple[_Held, dict[str, Any]]]
 ) -> tuple[_Held, dict[str, Any]]:
-    """What is in the picture that a node of a response reads. Raises GratingError if it is no file of a bake."""
+    """Read the bake's file that is packed in a response's picture. Raises GratingError if there is no such file."""
     image, path = _picture(tree, label), folder / "bake.exr"
     if image is None:
         raise GratingError(tree.name, "its picture was deleted", "bake again")
@@ -141,20 +118,25 @@ def _picture(tree: bpy.types.NodeTree, label: str) -> bpy.types.Image | None:
     return next((image for image in images if not fault_of(image)), None)
 
 
-def _mark(responses: Sequence[Response]) -> str | None:
-    """What a response that has these as layers is made from, with its colours' space; None if a picture is lost."""
+def _mark(responses: Sequence[Response]) -> str:
+    """What a response that holds these as layers is made from, and the space of its colours; empty if a picture is
+    lost."""
     pictures = [_picture(response.group, _TABLE) for response in responses]
     pictures += [_picture(response.world, _DRAWS) for response in responses if response.world]
-    if None in pictures:
-        return None
-    return " ".join([working_space(), *(noted_content(picture) for picture in pictures if picture is not None)])
+    contents = [noted_content(picture) for picture in pictures if picture is not None]
+    return " ".join([working_space(), *contents]) if len(contents) == len(pictures) else ""
 
 
-def _marked(key: str, mark: str) -> bpy.types.NodeTree | None:
-    """The file's intact node group with a mark."""
-    groups = (group for group in bpy.data.node_groups if group.library is None and stored.text(group, key) == mark)
-    return next((group for group in groups if not fault_in(group)), None)
+def _marked(mark: str, *, with_world: bool) -> Response | None:
+    """The file's intact response with a mark, or None."""
+    own, world = _group_with(_LAYERS, mark), _group_with(_WORLD_LAYERS, mark)
+    return None if own is None or (with_world and world is None) else Response(own, world)
 
 
-def _light_by_world(responses: Sequence[Response]) -> bool:
+def _group_with(key: str, mark: str) -> bpy.types.NodeTree | None:
+    groups = [group for group in bpy.data.node_groups if mark and group.library is None]
+    return next((group for group in groups if stored.text(group, key) == mark and not fault_in(group)), None)
+
+
+def _have_worlds(responses: Sequence[Response]) -> bool:
     return all(response.world is not None for response in responses)
