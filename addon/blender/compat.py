@@ -5,6 +5,9 @@ import bpy
 
 # Whether materials have a Raycast node. It hits all objects in Cycles, and objects on screen in EEVEE.
 HAS_RAYCAST = bpy.app.version >= (5, 1, 0)
+# Whether materials have loops (Repeat Zones), which stay loops in EEVEE. Cycles repeats their nodes. Only 4.5, 5.2 and
+# 5.3 were tried.
+HAS_LOOPS = bpy.app.version >= (5, 2, 0)
 # Whether EEVEE's Attribute node reads vertex groups. In 4.5 it gives 0, in 5.2 the weights. Others were not tried.
 EEVEE_READS_VERTEX_GROUPS = bpy.app.version >= (5, 2, 0)
 # Whether EEVEE computes what depends on constants alone before it writes a shader. Only 4.5 and 5.2 were tried.

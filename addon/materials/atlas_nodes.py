@@ -8,7 +8,6 @@ the scene's linear space (precompute/colour/spaces.py)."""
 from __future__ import annotations
 
 import hashlib
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -329,14 +328,16 @@ def dielectric_ior(tree: Tree, ior: Value) -> Value:
 def small_slope_over_fresnel(tree: Tree, ior: float, *, light: Direction, view: Direction, one_plus: Value) -> Value:
     """Q over Fresnel's reflectance at the half angle; arguments as in small_slope_reflectance."""
 
-    def formula(inner: Tree, *, one_plus: Value, **cosines: Value) -> tuple[Value]:
-        less_one, cosine2 = ior**2 - 1, one_plus * 0.5
+    def formula(inner: Tree, *, one_plus: Value, cos_i: Value, cos_r: Value) -> tuple[Value]:
+        less_one = ior**2 - 1
+        relative, te = _small_slope(inner, (cos_i, cos_r), one_plus=one_plus, less_one=less_one)
+        cosine2 = one_plus * 0.5
         cosine = inner.sqrt(cosine2)
-        total = inner.sqrt(cosine2 + less_one) + cosine
-        # Fresnel's reflectance is (less_one / total^2)^2 (1 + tm^2) / 2, with the amplitude tm of TM over that of TE.
-        tm = cosine.times_plus(total, -1.0) / (cosine / total).times_plus(less_one, 1.0)
-        slopes = _small_slope(inner, one_plus=one_plus, ior=ior, **cosines)
-        return (slopes * inner.squared(inner.squared(total)) * (2 / less_one**2) / tm.times_plus(tm, 1.0),)
+        inside = inner.sqrt(cosine2 + less_one)
+        more = inside - cosine
+        # Fresnel's reflectance is (more^2 / less_one)^2 (1 + tm^2) / 2, with the amplitude tm of TM over that of TE.
+        tm = (cosine.times_plus(inside, cosine2) - 1.0) / cosine.times_plus(more, 1.0)
+        return (relative * inner.squared(te / inner.squared(more)) / tm.times_plus(tm, 1.0),)
 
     given = _angles(light, view, one_plus)
     return by_group(tree, "Small Slope over Fresnel", formula, given=given, gives={"Q over R": "Float"}, of=f"{ior}")[0]
@@ -345,8 +346,10 @@ def small_slope_over_fresnel(tree: Tree, ior: float, *, light: Direction, view: 
 def small_slope_reflectance(tree: Tree, ior: Value, *, light: Direction, view: Direction, one_plus: Value) -> Value:
     """Q for unit vectors to the light and to the viewer; `one_plus` is 1 plus their scalar product."""
 
-    def formula(inner: Tree, **given: Value) -> tuple[Value]:
-        return (_small_slope(inner, **given),)
+    def formula(inner: Tree, *, one_plus: Value, cos_i: Value, cos_r: Value, ior: Value) -> tuple[Value]:
+        less_one = ior.times_plus(ior, -1.0)
+        relative, te = _small_slope(inner, (cos_i, cos_r), one_plus=one_plus, less_one=less_one)
+        return (relative * inner.squared(te / less_one) * 0.5,)
 
     given = _angles(light, view, one_plus) | {"ior": ior}
     return by_group(tree, "Small Slope Reflectance", formula, given=given, gives={"Q": "Float"})[0]
@@ -356,24 +359,28 @@ def _angles(light: Direction, view: Direction, one_plus: Value) -> dict[str, Val
     return {"cos_i": light.cosine, "cos_r": view.cosine, "one_plus": one_plus}
 
 
-def _small_slope(tree: Tree, *, cos_i: Value, cos_r: Value, one_plus: Value, ior: Value | float) -> Value:
-    permittivity = ior * ior
-    less_one = permittivity - 1.0
-    cos2_i, cos2_r = tree.squared(cos_i), tree.squared(cos_r)
-    in_i, in_r = tree.sqrt(cos2_i + less_one), tree.sqrt(cos2_r + less_one)
-    along = one_plus - cos_i.times_plus(cos_r, 1.0)
-    sines = tree.maximum((1.0 - cos2_i) * (1.0 - cos2_r), _SINES_MIN)
-    # All amplitudes relative to those of TE to TE. On each side, that of TE is 1 / total, and the ratio of TM to TE has
-    # the factor of the vector along the surface, or across.
-    total_i, total_r = cos_i + in_i, cos_r + in_r
-    across_i = total_i / cos_i.times_plus(permittivity, in_i)
-    across_r = total_r / cos_r.times_plus(permittivity, in_r)
-    crossed = tree.squared(across_i * in_i) + tree.squared(across_r * in_r)
-    tm_tm = (in_i * in_r).times_plus(along, permittivity * sines) * (across_i * across_r)
+def _small_slope(
+    tree: Tree, cosines: tuple[Value, Value], *, one_plus: Value, less_one: Value | float
+) -> tuple[Value, Value]:
+    """Q relative to that of TE to TE in the plane of incidence; and te, by which that is (te / less_one)^2 / 2.
+
+    `less_one` is the permittivity n^2 less 1. On each side there is a cosine c, and inside c' = sqrt(c^2 + less_one).
+    With d = c' - c, the amplitude of TE has the factor 1 / (c + c') = d / less_one, and that of TM over it the factor
+    (c + c') / (n^2 c + c') = 1 / (1 + c d)."""
+    cosines2 = [tree.squared(cosine) for cosine in cosines]
+    inside = [tree.sqrt(cosine2 + less_one) for cosine2 in cosines2]
+    more = [within - cosine for within, cosine in zip(inside, cosines, strict=True)]
+    factors = [1.0 / cosine.times_plus(each, 1.0) for cosine, each in zip(cosines, more, strict=True)]
+    # The ratio of TM to TE has its factor of the vector along the surface, or across.
+    first, second = (within * factor for within, factor in zip(inside, factors, strict=True))
+    crossed = first.times_plus(first, tree.squared(second))
+    along = one_plus - cosines[0].times_plus(cosines[1], 1.0)
+    sines = tree.maximum((1.0 - cosines2[0]) * (1.0 - cosines2[1]), _SINES_MIN)
+    across = factors[0] * factors[1] * sines
+    tm_tm = (first * second).times_plus(along, across.times_plus(less_one, across))
     # along^2 / sines is the squared cosine of the azimuth between the directions.
     same = tree.squared(along).times_plus(1.0 - crossed, tree.squared(tm_tm))
-    te_te = (less_one * math.sqrt(0.5)) / (total_i * total_r)
-    return (same / sines + crossed) * tree.squared(te_te)
+    return same / sines + crossed, more[0] * more[1]
 
 
 def shown_rgb(tree: Tree, rgb_from_xyz: np.ndarray, xyz: Value) -> Value:

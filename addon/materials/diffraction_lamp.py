@@ -68,8 +68,8 @@ def _add_nodes(
     asked = {NORMAL: n, TANGENT: t, TO_LIGHT: light.direction, IRRADIANCE: light.irradiance, VARIANCE: light.variance}
     if light.spectrum is not None:
         asked[SPECTRUM] = light.spectrum
-    answer = response.to_lamp(tree, {**asked, ZERO_ORDER: 1.0, **settings})
+    radiance = response.to_lamp(tree, {**asked, ZERO_ORDER: 1.0, **settings})
     power = tree.dot(light.irradiance, (1.0, 1.0, 1.0))
     lit = tree.math("GREATER_THAN", tree.minimum(tree.dot(light.direction, n), power), 0.0)
-    tree.node("ShaderNodeOutputLight", answer.shown(lit * strength).shader)
+    tree.node("ShaderNodeOutputLight", tree.emission(radiance, lit * strength))
     arrange(data.node_tree)

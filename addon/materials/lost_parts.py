@@ -14,7 +14,7 @@ from .pictures import fault_in, parts_of, remove_unused
 from .response import Response, further_responses, is_response, own_trees, response_in, trees_at
 from .skin import is_outdated, is_whole, refill
 
-_OUTDATED = "another version of Blender saved its shadows"
+_OUTDATED = "another version of Blender saved its nodes"
 
 
 def lost_of_own(group: bpy.types.NodeTree) -> str:

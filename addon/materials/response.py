@@ -2,7 +2,7 @@
 """The interface between a skin and its responses.
 
 A skin (skin.py) sends the inputs in QUESTION for each lamp. A Response is a node group that returns the light towards
-the viewer as an Emission. It contains nodes that read a bake's table (direct/) or a shader (osl/). For light from
+the viewer. It contains nodes that read a bake's table (direct/) or a shader (osl/). For light from
 unknown directions it has a second group (lobes/), whose outputs WORLD_ANSWER are two glossy closures: the mirror image,
 and one order of the scattered light.
 
@@ -92,60 +92,6 @@ _NUMBERED = re.compile("(?:World |Likely )?Response(?: ([1-9][0-9]*))?")
 _SPACE = "ng_space"
 
 
-class Shown(NamedTuple):
-    """The shader of a material, and its diffracted radiance as a colour for the AOV: `colour` times `share`. They are
-    multiplied only when needed, to save constants, of which EEVEE allows 64 KiB per material."""
-
-    shader: Value
-    colour: Value
-    share: Value | None = None
-
-    @property
-    def radiance(self) -> Value:
-        """The diffracted radiance."""
-        return self.colour if self.share is None else self.colour * self.share
-
-    def dimmed(self, share: Value) -> Shown:
-        """Shader and colour times a share from 0 to 1. Cycles evaluates nothing if the share is 0."""
-        shader = self.shader.tree.mix_shader(share, None, self.shader)
-        return Shown(shader, self.colour, share if self.share is None else self.share * share)
-
-    def added_to(self, other: Shown | None) -> Shown:
-        """The sum with another Shown; None counts as black."""
-        if other is None:
-            return self
-        shader = self.shader.tree.add_shader(other.shader, self.shader)
-        if self.share is None:
-            return Shown(shader, other.radiance + self.colour)
-        return Shown(shader, self.colour.times_plus(self.share, other.radiance))
-
-
-class Emission(NamedTuple):
-    """The light that a surface sends to the viewer from one lamp: a radiance in W/m2/sr, shown as emission.
-
-    A response with two blur levels gives both radiances and the share of the coarser one, clamped to 0 to 1. The mirror
-    image may be apart. Cycles evaluates only what has a share."""
-
-    radiance: Value
-    coarser: Value | None = None
-    coarser_share: Value | None = None
-    mirrored: Value | None = None
-    mirrored_share: Value | None = None
-
-    def shown(self, strength: Operand) -> Shown:
-        """The emission as a shader times a strength, and its radiance as a colour without the strength."""
-        tree = self.radiance.tree
-        shader, colour = tree.emission(self.radiance, strength), self.radiance
-        if self.coarser is not None and self.coarser_share is not None:
-            shader = tree.mix_shader(self.coarser_share, shader, tree.emission(self.coarser, strength))
-            colour = tree.blend(tree.maximum(tree.minimum(self.coarser_share, 1.0), 0.0), colour, self.coarser)
-        if self.mirrored is not None and self.mirrored_share is not None:
-            mirrored = tree.mix_shader(self.mirrored_share, None, tree.emission(self.mirrored, strength))
-            shader = tree.add_shader(shader, mirrored)
-            colour = colour + self.mirrored * self.mirrored_share
-        return Shown(shader, colour)
-
-
 class WorldAnswer(NamedTuple):
     """The reflection of light from unknown directions: closures from the outputs of WORLD_ANSWER. The lobe is one
     randomly drawn order; `direction` is the unit vector to where its light comes from."""
@@ -203,19 +149,24 @@ class Response(NamedTuple):
         names = {item.name for item in sockets_of(self.group, INPUT)}
         return tuple(socket for socket in QUESTION if socket.name in names)
 
-    def to_lamp(self, tree: Tree, question: Mapping[Socket, Operand], *, number: int = 1) -> Emission:
-        """Add the response's node for a lamp and return its emission. `question` has a value for each socket of
-        QUESTION, and for SPECTRUM if the lamp may have one. `number` distinguishes the responses in one tree.
+    def to_lamp(self, tree: Tree, question: Mapping[Socket, Operand], *, number: int = 1) -> Value:
+        """Add the response's node for a lamp and return the radiance that it sends to the viewer, in W/m2/sr.
+        `question` has a value for each socket of QUESTION, and for SPECTRUM if the lamp may have one. `number`
+        distinguishes the responses in one tree.
 
         A ZERO_ORDER of 0 links no mirror image: EEVEE would compute it, and multiply it by 0."""
         outputs = self._asked(tree, question, _numbered(_LABEL, number))
         own = OF_LAMP if SPECTRUM in question and self.is_spectral else {}
-        mirrored = () if question[ZERO_ORDER] == 0.0 else (MIRRORED, MIRRORED_SHARE)
-        radiance, *others = (
-            outputs.get(own.get(socket, socket).name) for socket in (RADIANCE, COARSER, COARSER_SHARE, *mirrored)
+        radiance, coarser, mirrored = (
+            outputs.get(own.get(socket, socket).name) for socket in (RADIANCE, COARSER, MIRRORED)
         )
         assert radiance is not None  # every response has it
-        return Emission(radiance, *others)
+        if coarser is not None:
+            share = tree.maximum(tree.minimum(outputs[COARSER_SHARE.name], 1.0), 0.0)
+            radiance = tree.blend(share, radiance, coarser)
+        if mirrored is not None and question[ZERO_ORDER] != 0.0:
+            radiance = mirrored.times_plus(outputs[MIRRORED_SHARE.name], radiance)
+        return radiance
 
     @property
     def is_spectral(self) -> bool:

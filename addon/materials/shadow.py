@@ -10,6 +10,7 @@ import bpy
 
 from ..blender import compat
 from ..nodes.builder import Operand, Tree, Value
+from ..nodes.interface import LOOP
 
 _TEXT = "Diffraction Shadow.osl"
 _RAYCAST = "ShaderNodeRaycast"
@@ -50,11 +51,13 @@ def hit(tree: Tree, start: Value, direction: Value, *, distance: Operand) -> Val
 
 
 def is_of_other_version(group: bpy.types.NodeTree, *, traced: bool) -> bool:
-    """Whether a Diffraction group was saved by a Blender that traces shadow rays differently: it has a node that this
-    Blender does not know, or lacks the Raycast node that this Blender has. `traced`: whether the group has shadows. A
-    group without any shadow node is valid in earlier versions, because the script may not have compiled."""
+    """Whether this Blender would show a Diffraction group wrongly, because one with other nodes saved it: the group has
+    a loop or a node that this Blender does not know, or lacks the Raycast node that this Blender has. `traced`: whether
+    the group has shadows. A group without any shadow node is valid in earlier versions, because the script may not have
+    compiled."""
     kinds = {node.bl_idname for node in group.nodes}
-    return _UNDEFINED in kinds or (traced and compat.HAS_RAYCAST and _RAYCAST not in kinds)
+    unknown = _UNDEFINED in kinds or (LOOP in kinds and not compat.HAS_LOOPS)
+    return unknown or (traced and compat.HAS_RAYCAST and _RAYCAST not in kinds)
 
 
 def _text() -> bpy.types.Text:

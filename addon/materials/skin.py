@@ -185,7 +185,7 @@ def _note_lights(group: bpy.types.NodeTree) -> None:
 
 
 def is_outdated(group: bpy.types.NodeTree) -> bool:
-    """Whether another Blender version made a Diffraction group's shadow nodes, which this version shows wrongly."""
+    """Whether another version of Blender saved a Diffraction group, which this version shows wrongly."""
     return is_of_other_version(group, traced=traces_shadows(group))
 
 
@@ -288,7 +288,7 @@ def cost_of(group: bpy.types.NodeTree) -> str:
     if noted is None:
         return ""
     nodes, look_ups = map(int, noted)
-    return translated("Nodes: {nodes}, {look_ups} of them look-ups", nodes=nodes, look_ups=look_ups)
+    return translated("Nodes: {nodes}; look-ups a sample: {look_ups}", nodes=nodes, look_ups=look_ups)
 
 
 def heavy(group: bpy.types.NodeTree) -> list[str]:
@@ -350,11 +350,11 @@ def show_lamps(*, exactly: bool) -> None:
 
 
 def renew_outdated() -> list[str]:
-    """Rebuild Diffraction groups whose shadows another Blender version made. Return a line to print if there were any.
+    """Rebuild Diffraction groups that another version of Blender saved. Return a line to print if there were any.
     Linked groups stay as they are (lost_parts.py reports them)."""
     outdated = [group for group in diffraction_groups() if group.library is None and is_outdated(group)]
     for group in outdated:
         refill(group, responses_in(group))
     renewed = ", ".join(group.name for group in outdated if not is_outdated(group))
     version = "{}.{}".format(*bpy.app.version)
-    return [f"{renewed}: shadows rebuilt for Blender {version}, because another version saved them"] if renewed else []
+    return [f"{renewed}: nodes rebuilt for Blender {version}, because another version saved them"] if renewed else []

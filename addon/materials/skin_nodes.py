@@ -79,7 +79,6 @@ from .response import (
     VARIANCE,
     ZERO_ORDER,
     Response,
-    Shown,
 )
 from .shadow import hit, ray_start
 
@@ -289,15 +288,10 @@ class _Lighting:
         of_light[VARIANCE] = light.variance
         return self.asked | of_light | ({} if light.spectrum is None else {SPECTRUM: light.spectrum})
 
-    def answer(self, light: Light, strength: Value) -> Shown:
-        """What all responses show of a light."""
+    def answers(self, light: Light) -> list[Value]:
+        """What each response sends to the viewer from a light."""
         asked = self.asked_of(light)
-        answer: Shown | None = None
-        for k, (response, area) in self.reliefs:
-            shown = response.to_lamp(self.tree, asked, number=k).shown(strength)
-            answer = (shown if area is None else shown.dimmed(area)).added_to(answer)
-        assert answer is not None  # there is at least one response
-        return answer
+        return [response.to_lamp(self.tree, asked, number=k) for k, (response, _) in self.reliefs]
 
     def share_of_table(self, light: Light) -> Value | None:
         """The table's share of a light that closures show too, else None."""
@@ -342,6 +336,21 @@ class _Lighting:
                 self.rests = self.without(light, share)
             shown.append(of_table)
         return shown
+
+
+# The light of no lamp.
+_DARK = (0.0, 0.0, 0.0)
+
+
+def _as_item(light: Light, share: Value | None) -> list[Operand]:
+    """A light and the table's share of it, for Tree.for_each."""
+    held = light.direction, light.irradiance, light.variance, light.distance, light.casts_shadow
+    return [*held, 0.0 if light.spectrum is None else light.spectrum, 1.0 if share is None else share]
+
+
+def _of_item(item: Sequence[Operand]) -> tuple[Light, Operand]:
+    *held, spectrum, share = item
+    return Light(*held, spectrum=spectrum if isinstance(spectrum, Value) else None), share
 
 
 def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps: list[bool], *, sources: int) -> None:
@@ -411,16 +420,27 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
         lit_by = lighting.each_of([*pairs, *((light, light) for light, _ in of_sources)])
     for index in range(left_out_in(group)) if lights == REST else ():
         lighting.rests = lighting.without(light_of(tree, LAMPS_MAX + index, False), 1.0)
-    coat: Shown | None = None
-    for light, share in [(light, lighting.share_of_table(light)) for light in lit_by]:
-        lit = is_lit(tree, light, n=n, cos_r=cos_r, unseen=unseen)
-        answer = lighting.answer(light, strength)
+
+    def answered(item: Sequence[Operand], totals: Sequence[Operand]) -> list[Value]:
+        """What the responses send to the viewer from the lights so far."""
+        light, share = _of_item(item)
+        weight = is_lit(tree, light, n=n, cos_r=cos_r, unseen=unseen)
+        weight = weight if share == 1.0 else weight * share
         if start is not None:
-            sees = 1.0 - light.casts_shadow * hit(tree, start, light.direction, distance=light.distance)
-            answer = answer.dimmed(sees)
-        coat = answer.dimmed(lit if share is None else lit * share).added_to(coat)
-    assert coat is not None  # there is at least one lamp input
-    shader = coat.shader if lights != ALL else None
+            weight = weight * (1.0 - light.casts_shadow * hit(tree, start, light.direction, distance=light.distance))
+        answers = zip(lighting.answers(light), totals, strict=True)
+        return [answer * weight if total == _DARK else answer.times_plus(weight, total) for answer, total in answers]
+
+    items = [_as_item(light, lighting.share_of_table(light)) for light in lit_by]
+    radiances = tree.for_each(items, [_DARK] * len(reliefs), answered)
+    radiance: Operand = _DARK
+    shader: Value | None = None
+    for (_, (_, area)), each in zip(reliefs, radiances, strict=True):
+        radiance = each if area is None else each.times_plus(area, radiance)
+        if lights != ALL:
+            # Cycles evaluates nothing where the share is 0.
+            seen = 1.0 - unseen if area is None else (1.0 - unseen) * area
+            shader = tree.add_shader(shader, tree.mix_shader(seen, None, tree.emission(each, strength)))
     with_rests = zip(worlds, lighting.rests, reliefs, strict=True)
     for world, rest, (_, (response, area)) in with_rests if lights != LAMPS_ONLY else ():
         assert world is not None  # otherwise lights is LAMPS_ONLY
@@ -429,7 +449,7 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
             closures = tree.add_shader(closures, plate.face(tree, n, covered))
         shader = tree.add_shader(shader, closures if area is None else tree.mix_shader(area, None, closures))
     shader = tree.add_shader(shader, _base(tree, inputs, reliefs, n=n, cos_r=cos_r, shares=(coated, covered)))
-    radiance = coat.radiance * strength
+    radiance = radiance * strength
     tree.node("ShaderNodeOutputAOV", radiance, aov_name=AOV_NAME)
     tree.output(shader, radiance)
 

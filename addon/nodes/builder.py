@@ -15,13 +15,13 @@ its own, and so is a formula of many nodes: a file has these groups once, for al
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import bpy
 
-from ..blender import stored
-from .interface import Socket, add_interface, arrange, has_sockets, lost_in, note_parts
+from ..blender import compat, stored
+from .interface import LOOP, LOOP_END, Socket, add_interface, arrange, has_sockets, lost_in, note_parts
 
 
 @dataclass(frozen=True)
@@ -66,6 +66,11 @@ class Value:
 
 
 Operand = Value | float | tuple[float, float, float]
+
+
+def _is_vector(operand: Operand) -> bool:
+    """Whether it has three components."""
+    return operand.is_vector if isinstance(operand, Value) else isinstance(operand, tuple)
 
 
 class Tree:
@@ -134,7 +139,7 @@ class Tree:
 
     def arithmetic(self, operation: str, *operands: Operand) -> Value:
         """An operation that Blender's Math and Vector Math nodes share, by name; a vector if any operand is one."""
-        vectors = [o.is_vector if isinstance(o, Value) else isinstance(o, tuple) for o in operands]
+        vectors = [_is_vector(operand) for operand in operands]
         if operation == "MULTIPLY" and any(vectors):
             # A mix with 0. Cycles evaluates it in less than half the time of Vector Math.
             vector, factor = operands if vectors[0] else operands[::-1]
@@ -206,10 +211,52 @@ class Tree:
         a vector, with a share for each component.
 
         Cycles evaluates it in less than half the time of Vector Math nodes."""
-        each = share.is_vector if isinstance(share, Value) else isinstance(share, tuple)
-        mode = "NON_UNIFORM" if each else "UNIFORM"
+        mode = "NON_UNIFORM" if _is_vector(share) else "UNIFORM"
         node = self.node("ShaderNodeMix", share, a, b, data_type="VECTOR", factor_mode=mode, clamp_factor=False)
         return self.value(next(socket for socket in node.outputs if socket.enabled))
+
+    def for_each(
+        self, items: Sequence[Sequence[Operand]], begin: Sequence[Operand],
+        body: Callable[[Sequence[Operand], Sequence[Operand]], Sequence[Operand]],
+    ) -> Sequence[Operand]:  # fmt: skip
+        """Call body(item, state) for each item in turn, where the state is what the last call returned, first `begin`.
+        Return the last state. Items are rows of values, the same kinds in each.
+
+        Where materials have loops, the nodes of the body are made once for all items."""
+        if not compat.HAS_LOOPS or len(items) == 1:
+            state = begin
+            for item in items:
+                state = body(item, state)
+            return state
+        first, last = self.node(LOOP), self.node(LOOP_END)
+        first.pair_with_output(last)
+        last.repeat_items.clear()
+        for index, value in enumerate(begin):
+            last.repeat_items.new("VECTOR" if _is_vector(value) else "FLOAT", f"{index}")
+        turns, *starts = (socket for socket in first.inputs if socket.name)
+        turns.default_value = len(items)
+        for socket, value in zip(starts, begin, strict=True):
+            self.feed(socket, value)
+        turn, *state = self.outputs_of(first).values()
+        reached = [self.math("GREATER_THAN", turn, index - 0.5) for index in range(1, len(items))]
+        item = [self._value_at(reached, values) for values in zip(*items, strict=True)]
+        ends = [socket for socket in last.inputs if socket.name]
+        for socket, value in zip(ends, body(item, state), strict=True):
+            self.feed(socket, value)
+        return list(self.outputs_of(last).values())
+
+    def _value_at(self, reached: Sequence[Value], values: Sequence[Operand]) -> Operand:
+        """The last of the values that is reached: each after the first has a number that is 1 from then on, else 0."""
+        chosen, *others = values
+        for share, value in zip(reached, others, strict=True):
+            if value == chosen:
+                continue
+            if _is_vector(value):
+                chosen = self.blend(share, chosen, value)
+            else:
+                node = self.node("ShaderNodeMix", share, chosen, value, data_type="FLOAT", clamp_factor=False)
+                chosen = self.value(next(socket for socket in node.outputs if socket.enabled))
+        return chosen
 
     def image(self, image: bpy.types.Image, at: Value, label: str = "") -> Value:
         """Look up an image at coordinates from 0 to 1, by a cubic B-spline. Outside the image, its edge continues.

@@ -178,9 +178,13 @@ _BESIDES = {"MIX_SHADER": 6, "ADD_SHADER": 2, "TEX_COORD": 16, "VALUE": 1, "RGB"
 _EVALUATED = {"MATH", "VECT_MATH", "MIX", "COMBXYZ", "SEPXYZ"} if compat.EEVEE_EVALUATES_CONSTANTS else set()
 
 
+# The nodes at which a loop begins and ends.
+LOOP, LOOP_END = "GeometryNodeRepeatInput", "GeometryNodeRepeatOutput"
+
+
 class Size(NamedTuple):
-    """What a material's node tree, or a material that contains only this group, costs in each sample: its nodes, how
-    many of them look up pictures, and in EEVEE the bytes of its constants."""
+    """What a material's node tree, or a material that contains only this group, costs: its nodes, how often a sample
+    looks up pictures, and in EEVEE the bytes of its constants."""
 
     nodes: int
     look_ups: int
@@ -219,13 +223,31 @@ def _counted(
             waiting += source.node.inputs
             found["VALUE"] += _BESIDES.get(source.node.type, 0)
         outputs[source.node].add(source.identifier)
+    turns = _turns(tree, sources)
     for node, linked in outputs.items():
         if node.type == "GROUP" and node.node_tree is not None:
             given = frozenset(s.identifier for s in node.inputs if s not in sources or sources[s] in constant)
-            found.update(_counted(node.node_tree, frozenset(linked), given, known))
+            within = _counted(node.node_tree, frozenset(linked), given, known)
+            found.update(within)
+            found["LOOK_UP"] += within["LOOK_UP"] * (turns.get(node, 1) - 1)
         elif node.type not in _NO_NODES:
             found["NODE"] += 1
-            found["LOOK_UP"] += node.type == "TEX_IMAGE"
+            found["LOOK_UP"] += turns.get(node, 1) if node.type == "TEX_IMAGE" else 0
+    return found
+
+
+def _turns(
+    tree: bpy.types.NodeTree, sources: dict[bpy.types.NodeSocket, bpy.types.NodeSocket]
+) -> dict[bpy.types.Node, int]:
+    """For each node in a loop, how often a sample computes it."""
+    found: dict[bpy.types.Node, int] = {}
+    if any(node.bl_idname == LOOP for node in tree.nodes):
+        for node in _in_order(tree, sources):
+            read = [sources[socket].node for socket in node.inputs if socket in sources]
+            if node.bl_idname == LOOP:
+                found[node] = node.inputs[0].default_value
+            elif node.bl_idname != LOOP_END and (within := [found[each] for each in read if each in found]):
+                found[node] = within[0]
     return found
 
 

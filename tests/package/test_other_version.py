@@ -51,7 +51,7 @@ def test_a_file_of_another_version_shows_the_same(blenders, blazed, tmp_path, sa
     blenders[saves].run_script(script, file, by_saver, blazed)
     answer = blenders[opens].start("--background", "--python-exit-code", "1", "--python", script, "--", file, by_opener)
     assert answer.returncode == 0, answer.stderr
-    assert answer.stderr.count("Diffraction waves: shadows rebuilt") == 1
+    assert answer.stderr.count("Diffraction waves: nodes rebuilt") == 1
     (lit, _), (found, shaded) = halves(by_saver), halves(by_opener)
     assert lit.max() > 0.1
     # Versions of Cycles round single precision differently. Half the light, or no shadow, would be 50 % off.

@@ -75,8 +75,27 @@ def test_a_response_is_asked_only_for_what_it_has(addon, tree):
     addon.interface.add_interface(group, (response.IOR,), response.ONE_RADIANCE)
     made = response.Response(group)
     assert made.inputs == (response.IOR,)
-    answer = made.to_lamp(tree, dict.fromkeys(response.QUESTION, 1.25))
-    assert answer.coarser is None
+    radiance = made.to_lamp(tree, dict.fromkeys(response.QUESTION, 1.25))
     (node,) = tree.tree.nodes
+    assert radiance.socket == node.outputs["Finer"]
     assert node.inputs["IOR"].default_value == 1.25
     assert response.response_in(tree.tree).group == group
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_a_loop_has_the_nodes_of_its_body_once(addon, tree, count):
+    """What is the same in all items is no choice. Renders with several lamps test the values."""
+    bodies = []
+
+    def body(item, state):
+        bodies.append(item)
+        return [tree.arithmetic("ADD", state[0], item[0]), tree.arithmetic("MULTIPLY", item[1], state[1])]
+
+    items = [(float(turn), (0.0, float(turn), 0.0), 7.0) for turn in range(count)]
+    total, product = tree.for_each(items, [0.5, (1.0, 1.0, 1.0)], body)
+    loops = addon.compat.HAS_LOOPS and count > 1
+    assert len(bodies) == (1 if loops else count)
+    assert not total.is_vector and product.is_vector
+    assert all(item[2] == 7.0 for item in bodies)
+    starts = [node for node in tree.tree.nodes if node.bl_idname == addon.interface.LOOP]
+    assert [start.inputs["Iterations"].default_value for start in starts] == [count] * loops

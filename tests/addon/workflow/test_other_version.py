@@ -44,11 +44,11 @@ def test_it_is_made_anew_when_the_file_is_opened(addon, group, saved, capfd):
     before = kinds(group)
     saved(group)
     assert addon.lost_parts.lost([group]) == [
-        "Diffraction waves: another version of Blender saved its shadows; press Mend Materials"
+        "Diffraction waves: another version of Blender saved its nodes; press Mend Materials"
     ]
     addon.handlers.HANDLERS["load_post"]()
     assert kinds(group) == before and addon.lost_parts.lost([group]) == []
-    assert "Diffraction waves: shadows rebuilt" in capfd.readouterr().err
+    assert "Diffraction waves: nodes rebuilt" in capfd.readouterr().err
     addon.handlers.HANDLERS["load_post"]()
     assert capfd.readouterr().err == "", "it was not made again"
 
@@ -74,5 +74,5 @@ def test_a_linked_group_says_what_to_do(scene, addon, group, tmp_path):
         (made,) = filter(addon.skin.is_diffraction, bpy.data.node_groups)
         assert ("NodeUndefined" in kinds(made)) == link
         told = "".join(addon.lost_parts.lost([made]))
-        assert ("another version of Blender saved its shadows; make it local" in told) == link
+        assert ("another version of Blender saved its nodes; make it local" in told) == link
         bpy.data.node_groups.remove(made)

@@ -124,7 +124,8 @@ def test_lamps_that_come_later_light_all_reliefs(scene, others, addon):
     scene.collection.objects.link(bpy.data.objects.new("Second", bpy.data.lights.new("Second", "POINT")))
     addon.lighting.update_all_lamps()
     labels = [node.label for node in others[0].group.nodes]
-    assert [labels.count(label) for label in ("Response", "Response 2", "Response 3")] == [2, 2, 2]
+    made = 1 if addon.compat.HAS_LOOPS else 2
+    assert [labels.count(label) for label in ("Response", "Response 2", "Response 3")] == [made] * 3
 
 
 def test_bakes_of_one_layout_cost_little_more_than_one(scene, others, addon, baked, tmp_path):
@@ -140,7 +141,8 @@ def test_bakes_of_one_layout_cost_little_more_than_one(scene, others, addon, bak
     scene.collection.objects.link(bpy.data.objects.new("Second", bpy.data.lights.new("Second", "POINT")))
     addon.lighting.update_all_lamps()
     assert layered_in(group) == layers
-    assert [node.label for node in group.nodes].count("Layered Response") == 2
+    made = 1 if addon.compat.HAS_LOOPS else 2
+    assert [node.label for node in group.nodes].count("Layered Response") == made
     next(node for node in layers.group.nodes if node.type == "TEX_IMAGE").image = None
     assert "its picture was deleted" in str(*addon.lost_parts.faults_of([group]))
     bpy.ops.grating.mend()
