@@ -125,8 +125,8 @@ def test_a_heavy_material_says_so_before_the_first_picture(addon, scene, grating
 
 
 def test_a_disc_keeps_its_budget(addon, scene):
-    """A graphics card takes a material's nodes one by one. The budgets are what a CD had when this test was written. One
-    that grows needs a reason."""
+    """A graphics card takes a material's nodes one by one. The budgets are what a CD had when this test was written;
+    growth needs a reason."""
     bpy.ops.grating.add_preset(preset="cd", assign=True)
     group, size_of = scene.natural_gratings.active().group, addon.interface.size_of
     nodes, look_ups, _ = size_of(group)
