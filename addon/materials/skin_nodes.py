@@ -350,7 +350,8 @@ def _as_item(light: Light, share: Value | None) -> list[Operand]:
 
 def _of_item(item: Sequence[Operand]) -> tuple[Light, Operand]:
     *held, spectrum, share = item
-    return Light(*held, spectrum=spectrum if isinstance(spectrum, Value) else None), share
+    light = Light(*held, spectrum=spectrum if isinstance(spectrum, Value) else None)  # type: ignore[arg-type]  # as held
+    return light, share
 
 
 def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps: list[bool], *, sources: int) -> None:
@@ -433,8 +434,8 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
 
     items = [_as_item(light, lighting.share_of_table(light)) for light in lit_by]
     radiances = tree.for_each(items, [_DARK] * len(reliefs), answered)
-    radiance: Operand = _DARK
     shader: Value | None = None
+    radiance: Operand = _DARK
     for (_, (_, area)), each in zip(reliefs, radiances, strict=True):
         radiance = each if area is None else each.times_plus(area, radiance)
         if lights != ALL:

@@ -217,17 +217,17 @@ class Tree:
 
     def for_each(
         self, items: Sequence[Sequence[Operand]], begin: Sequence[Operand],
-        body: Callable[[Sequence[Operand], Sequence[Operand]], Sequence[Operand]],
-    ) -> Sequence[Operand]:  # fmt: skip
+        body: Callable[[Sequence[Operand], Sequence[Operand]], Sequence[Value]],
+    ) -> Sequence[Value]:  # fmt: skip
         """Call body(item, state) for each item in turn, where the state is what the last call returned, first `begin`.
-        Return the last state. Items are rows of values, the same kinds in each.
+        Return the last state. There is at least one item, and all have values of the same kinds.
 
         Where materials have loops, the nodes of the body are made once for all items."""
         if not compat.HAS_LOOPS or len(items) == 1:
-            state = begin
-            for item in items:
-                state = body(item, state)
-            return state
+            made = body(items[0], begin)
+            for item in items[1:]:
+                made = body(item, made)
+            return made
         first, last = self.node(LOOP), self.node(LOOP_END)
         first.pair_with_output(last)
         last.repeat_items.clear()
@@ -239,9 +239,8 @@ class Tree:
             self.feed(socket, value)
         turn, *state = self.outputs_of(first).values()
         reached = [self.math("GREATER_THAN", turn, index - 0.5) for index in range(1, len(items))]
-        item = [self._value_at(reached, values) for values in zip(*items, strict=True)]
-        ends = [socket for socket in last.inputs if socket.name]
-        for socket, value in zip(ends, body(item, state), strict=True):
+        made = body([self._value_at(reached, values) for values in zip(*items, strict=True)], state)
+        for socket, value in zip((socket for socket in last.inputs if socket.name), made, strict=True):
             self.feed(socket, value)
         return list(self.outputs_of(last).values())
 
