@@ -129,6 +129,8 @@ class Tree:
         wanted: object = value
         if isinstance(value, (int, float)) and socket.type in {"VECTOR", "RGBA"}:
             wanted = (float(value),) * len(held)
+        elif isinstance(value, tuple) and socket.type == "RGBA":
+            wanted = (*value, 1.0)[: len(held)]
         # Blender goes through the whole tree at each change.
         if (tuple(held) if isinstance(wanted, tuple) else held) != wanted:
             socket.default_value = wanted
@@ -212,7 +214,10 @@ class Tree:
 
         Cycles evaluates it in less than half the time of Vector Math nodes."""
         mode = "NON_UNIFORM" if _is_vector(share) else "UNIFORM"
-        node = self.node("ShaderNodeMix", share, a, b, data_type="VECTOR", factor_mode=mode, clamp_factor=False)
+        return self._mixed(share, a, b, data_type="VECTOR", factor_mode=mode)
+
+    def _mixed(self, share: Operand, a: Operand, b: Operand, **settings: str) -> Value:
+        node = self.node("ShaderNodeMix", share, a, b, clamp_factor=False, **settings)
         return self.value(next(socket for socket in node.outputs if socket.enabled))
 
     def for_each(
@@ -248,13 +253,10 @@ class Tree:
         """The last of the values that is reached: each after the first has a number that is 1 from then on, else 0."""
         chosen, *others = values
         for share, value in zip(reached, others, strict=True):
-            if value == chosen:
-                continue
-            if _is_vector(value):
-                chosen = self.blend(share, chosen, value)
-            else:
-                node = self.node("ShaderNodeMix", share, chosen, value, data_type="FLOAT", clamp_factor=False)
-                chosen = self.value(next(socket for socket in node.outputs if socket.enabled))
+            if value != chosen:
+                # Cycles removes a mix of colours or of numbers whose share is known to be 0 or 1, but not of vectors.
+                kind = "RGBA" if _is_vector(value) else "FLOAT"
+                chosen = self._mixed(share, chosen, value, data_type=kind)
         return chosen
 
     def image(self, image: bpy.types.Image, at: Value, label: str = "") -> Value:
