@@ -287,7 +287,10 @@ class Tree:
 
     def emission(self, radiance: Value, strength: Operand) -> Value:
         """A shader that emits a radiance times a strength."""
-        return self.value(self.node("ShaderNodeEmission", radiance, strength).outputs[0])
+        # An earlier Blender, which does not know a node before it, shows the colour of the socket itself.
+        node = self.node("ShaderNodeEmission", (0.0, 0.0, 0.0), strength)
+        self.feed(node.inputs["Color"], radiance)
+        return self.value(node.outputs[0])
 
     def glossy(self, colour: Value, roughness: Operand, normal: Value) -> Value:
         """A glossy reflection around a normal, with a Beckmann distribution."""
