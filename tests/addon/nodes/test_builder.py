@@ -99,3 +99,10 @@ def test_a_loop_has_the_nodes_of_its_body_once(addon, tree, count):
     assert all(item[2] == 7.0 for item in bodies)
     starts = [node for node in tree.tree.nodes if node.bl_idname == addon.interface.LOOP]
     assert [start.inputs["Iterations"].default_value for start in starts] == [count] * loops
+
+
+def test_an_emission_is_black_where_blender_does_not_know_what_feeds_it(tree):
+    """Blender 4.5 shows the socket's own colour in place of a loop. It was white."""
+    emission = tree.emission(tree.vector(1.0, 2.0, 3.0), 1.0).socket.node
+    assert emission.inputs["Color"].is_linked
+    assert tuple(emission.inputs["Color"].default_value[:3]) == (0.0, 0.0, 0.0)
