@@ -207,7 +207,8 @@ def _counted(
         return found
     found = known[tree, asked, fixed] = Counter()
     sources = {link.to_socket: link.from_socket for link in tree.links if not link.is_muted}
-    constant = _constant_outputs(tree, sources, fixed)
+    ordered = list(_in_order(tree, sources))
+    constant, turns = _constant_outputs(ordered, sources, fixed), _turns(ordered, sources)
     outputs = defaultdict(set)  # the linked outputs of each node
     ends = [socket for node in tree.nodes if node.type in _OUTPUTS for socket in node.inputs]
     waiting = [s for s in ends if asked is None or s.node.type != "GROUP_OUTPUT" or s.identifier in asked]
@@ -223,7 +224,6 @@ def _counted(
             waiting += source.node.inputs
             found["VALUE"] += _BESIDES.get(source.node.type, 0)
         outputs[source.node].add(source.identifier)
-    turns = _turns(tree, sources)
     for node, linked in outputs.items():
         if node.type == "GROUP" and node.node_tree is not None:
             given = frozenset(s.identifier for s in node.inputs if s not in sources or sources[s] in constant)
@@ -237,12 +237,12 @@ def _counted(
 
 
 def _turns(
-    tree: bpy.types.NodeTree, sources: dict[bpy.types.NodeSocket, bpy.types.NodeSocket]
+    ordered: list[bpy.types.Node], sources: dict[bpy.types.NodeSocket, bpy.types.NodeSocket]
 ) -> dict[bpy.types.Node, int]:
-    """For each node in a loop, how often a sample computes it."""
+    """For each node in a loop, how often a sample computes it. `ordered`: the tree's nodes by _in_order."""
     found: dict[bpy.types.Node, int] = {}
-    if any(node.bl_idname == LOOP for node in tree.nodes):
-        for node in _in_order(tree, sources):
+    if any(node.bl_idname == LOOP for node in ordered):
+        for node in ordered:
             read = [sources[socket].node for socket in node.inputs if socket in sources]
             if node.bl_idname == LOOP:
                 found[node] = node.inputs[0].default_value
@@ -252,14 +252,14 @@ def _turns(
 
 
 def _constant_outputs(
-    tree: bpy.types.NodeTree,
+    ordered: list[bpy.types.Node],
     sources: dict[bpy.types.NodeSocket, bpy.types.NodeSocket],
     fixed: frozenset[str] | None,
 ) -> set[bpy.types.NodeSocket]:
-    """The outputs of a tree's nodes that EEVEE replaces by constants. `sources`: the output that each linked input
-    reads. `fixed` as in `_constants`."""
+    """The outputs of a tree's nodes that EEVEE replaces by constants. `ordered`: the nodes by _in_order. `sources`: the
+    output that each linked input reads. `fixed` as in _counted."""
     found: set[bpy.types.NodeSocket] = set()
-    for node in _in_order(tree, sources):
+    for node in ordered:
         if node.type == "GROUP_INPUT":
             found.update(socket for socket in node.outputs if fixed is None or socket.identifier in fixed)
         elif node.type in _EVALUATED and all(s not in sources or sources[s] in found for s in node.inputs):
