@@ -37,8 +37,11 @@ def main(folder: Path) -> None:
 
 
 def show(addon: SimpleNamespace, bake: Path) -> int:
-    """Put a grating over a base, under two suns, one of them linked, and a source of the world; returns the bytes that
-    the add-on counts for the material."""
+    """Put a grating over a base, under two spots, one of them linked, and a source of the world; returns the bytes that
+    the add-on counts for the material.
+
+    The count holds for a lamp of every kind, as a lamp's kind may change. A spot with a radius has most of what it
+    counts. From Blender 5.3 on EEVEE does without what other lamps multiply by 0: 15 % with suns."""
     import bpy
 
     bpy.ops.wm.read_homefile(use_empty=True)
@@ -46,7 +49,8 @@ def show(addon: SimpleNamespace, bake: Path) -> int:
     bpy.ops.mesh.primitive_uv_sphere_add(segments=16, ring_count=8)
     ball = bpy.context.object
     for index in range(2):
-        lamp = bpy.data.objects.new("Sun", bpy.data.lights.new("Sun", "SUN"))
+        lamp = bpy.data.objects.new("Spot", bpy.data.lights.new("Spot", "SPOT"))
+        lamp.data.shadow_soft_size = 0.1
         scene.collection.objects.link(lamp)
         if index == 0:
             lamp.light_linking.receiver_collection = bpy.data.collections.new("Receivers")
