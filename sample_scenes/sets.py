@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import cos, log2, pi, radians, sin
+from operator import mul
 
 import bpy
 import numpy as np
@@ -190,11 +191,13 @@ def add_plate(scene: bpy.types.Scene) -> None:
 
 
 def stops_for_grey(scene: bpy.types.Scene, dusk: float) -> float:
-    """The exposure, in stops, at which the plate is as bright in the picture as it is grey, under the scene's suns and
-    a dusk of this irradiance in W/m2."""
+    """The exposure, in stops, at which the plate's mean of red, green and blue in the picture is its grey, under the
+    scene's suns and a dusk of this irradiance in W/m2."""
     suns = [thing for thing in scene.objects if thing.type == "LIGHT" and thing.data.type == "SUN"]
     # A sun shines along its -Z, so the height of its +Z is the sine of its elevation.
-    irradiance = dusk + sum(sun.data.energy * max(0.0, sun.rotation_euler.to_matrix()[2][2]) for sun in suns)
+    heights = (max(0.0, sun.rotation_euler.to_matrix()[2][2]) for sun in suns)
+    strengths = (sun.data.energy * sum(sun.data.color) / 3 for sun in suns)
+    irradiance = dusk + sum(map(mul, strengths, heights))
     return log2(pi / irradiance) if irradiance > 0 else 0.0
 
 
