@@ -82,10 +82,12 @@ from .response import (
 )
 from .shadow import hit, ray_start
 
-# The variance, in pixels squared, of a Blackman-Harris filter one pixel wide, which ends one pixel from its centre.
-_FILTER = 0.0768
+# The standard deviation, in pixels, of a Blackman-Harris filter one pixel wide, which ends one pixel from its centre.
+_FILTER = 0.0768**0.5
 # In EEVEE, up to this many samples each count; of many samples, one in this many counts.
 _EEVEE_FEW, _EEVEE_SHARE = 4, 4
+# Cosines below this count as this.
+_STEEP = 0.05
 # The largest variance of the normals, in rad2. Without this limit, a needle a tenth of a pixel wide would be several
 # times too bright.
 MOST = 0.005
@@ -108,13 +110,13 @@ def with_footprint(tree: Tree, roughness: Value) -> Value:
     it the visible order; a single sample shows only one of the colours. The coarser blur levels of the table hold their
     mean. Within a pixel, the normals have the variance along one axis
 
-        F^2 = k p^2 (sum over x, y, z of |a_i|^2) / 2,     a_i = g_i - N (g_i.wr) / (N.wr),     g_i = grad N_i
+        F^2 = p^2 (sum over x, y, z of |a_i|^2) / 2,     a_i = g_i - N (g_i.wr) / (N.wr),     g_i = grad N_i
 
-    p is the width of a pixel at the surface. k is the variance of the area that one sample covers, in pixels squared:
-    the variance of the pixel filter over the number of samples, because n samples share the filter's area. So the blur
-    shrinks as samples accumulate, and the mean of the pixel does not change. EEVEE places its samples identically in
-    each frame, which shows as flicker. There k assumes a quarter of the samples, but at least four (or all, if there
-    are fewer).
+    p is the standard deviation of the area that one sample covers: the pixel's width at the surface, times that of the
+    pixel filter over the root of the number of samples, because n samples share the filter's area. So the blur shrinks
+    as samples accumulate, and the mean of the pixel does not change. EEVEE places its samples identically in each
+    frame, which shows as flicker. There p assumes a quarter of the samples, but at least four (or all, if there are
+    fewer).
 
     A normal that turns by a moves the tangential part of the half vector by w a, like a facet of a rough surface. So
     the footprint acts as roughness: Beckmann's slopes have the variance r^4 / 2, and
@@ -123,8 +125,12 @@ def with_footprint(tree: Tree, roughness: Value) -> Value:
 
     The gradients come from Bump nodes: for a height f and a distance p, a Bump node turns N to N - p grad f. In Cycles
     the normal of the Texture Coordinate node has a gradient and the normal of the Geometry node has none; in EEVEE it
-    is the other way round. So their sum has the gradient once in each engine, and a factor on one of them applies to
-    one engine.
+    is the other way round.
+
+    As N is a unit vector, N.a = 0 along each axis of the surface. So x, y and z are the camera's axes, and the two across
+    the view are enough:
+
+        a_z = -(N_x a_x + N_y a_y) / N_z
 
     The blur is round, but the normals of a needle vary along one direction only. A wide round blur would show light
     that no normal reflects. So F^2 is at most (4 degrees)^2, and stronger variation within a pixel keeps some noise.
@@ -138,40 +144,46 @@ def _footprint(tree: Tree, roughness: Value) -> tuple[Value]:
     per_distance = drive_by_scene(tree, _PERSPECTIVE, _CAMERA | {"angle": "camera.data.angle"}, label="Pixel Angle")
     width = drive_by_scene(tree, _ORTHOGRAPHIC, _CAMERA | {"scale": "camera.data.ortho_scale"}, label="Pixel Width")
     in_cycles = drive_by_scene(
-        tree, "width / sqrt(max(n, 1))", {"width": "cycles.filter_width", "n": "cycles.samples"}, label="In Cycles"
+        tree,
+        f"{_FILTER} * width / sqrt(max(n, 1))",
+        {"width": "cycles.filter_width", "n": "cycles.samples"},
+        label="In Cycles",
     )
     in_eevee = drive_by_scene(
         tree,
-        f"width / sqrt(max(n / {_EEVEE_SHARE}, min(max(n, 1), {_EEVEE_FEW})))",
+        f"{_FILTER} * width / sqrt(max(n / {_EEVEE_SHARE}, min(max(n, 1), {_EEVEE_FEW})))",
         {"width": "render.filter_size", "n": "eevee.taa_render_samples"},
         label="In EEVEE",
     )
     distance = tree.value(tree.node("ShaderNodeCameraData").outputs["View Distance"])
-    p = distance.times_plus(per_distance, width)
+    cycles = tree.in_cycles()
+    p = distance.times_plus(per_distance, width) * tree.choice(cycles, in_eevee, in_cycles)
 
-    geometry = tree.node("ShaderNodeNewGeometry")
+    geometry, coordinates = tree.node("ShaderNodeNewGeometry"), tree.node("ShaderNodeTexCoord")
     n, wr = (tree.value(geometry.outputs[name]) for name in ("Normal", "Incoming"))
-    coordinates = tree.node("ShaderNodeTexCoord")
-    settings = {"vector_type": "NORMAL", "convert_from": "OBJECT", "convert_to": "WORLD"}
-    turned = tree.node("ShaderNodeVectorTransform", tree.value(coordinates.outputs["Normal"]), **settings)
-    heights = (tree.node("ShaderNodeSeparateXYZ", each).outputs for each in (tree.value(turned.outputs["Vector"]), n))
-    cosine = tree.dot(n, wr)
-    steep = 1.0 / tree.maximum(cosine, 0.05)
-    total: Value | float = 0.0
-    for turned_i, n_i in zip(*heights, strict=True):
+    seen, turned = (
+        tree.node("ShaderNodeSeparateXYZ", tree.to_camera(normal, space)).outputs
+        for normal, space in ((n, "WORLD"), (tree.value(coordinates.outputs["Normal"]), "OBJECT"))
+    )
+    x, y, z = map(tree.value, seen)
+    backwards = tree.maximum(tree.dot(n, wr), _STEEP) * -1.0
+    turns = []
+    for n_i, turned_i in zip((x, y), turned[:2], strict=True):
         bump = tree.node("ShaderNodeBump")
         tree.feed(bump.inputs["Strength"], 1.0)
         tree.feed(bump.inputs["Distance"], p)
-        # Cycles computes the height three times for each Bump node, so its few nodes are of numbers.
-        tree.feed(bump.inputs["Height"], tree.value(turned_i).times_plus(in_cycles, tree.value(n_i) * in_eevee))
+        # Cycles computes the height three times for each Bump node.
+        tree.feed(bump.inputs["Height"], tree.choice(cycles, n_i, tree.value(turned_i)))
         bent = tree.value(bump.outputs["Normal"])
-        # bent is along n - p grad N_i, so 1 / (bent.n)^2 is 1 + |p grad N_i|^2.
-        along = 1.0 / tree.dot(bent, n)
-        towards = (tree.dot(bent, wr) * along - cosine) * steep
-        total = towards.times_plus(towards, along.times_plus(along, -1.0)) + total
-    # r'^2 = sqrt(r^4 + 2 F^2)
-    square = tree.squared(roughness * roughness) + tree.minimum(tree.maximum(total, 0.0) * _FILTER, 2 * MOST)
-    return (tree.sqrt(tree.sqrt(square)),)
+        # bent is along N - p g_i and, as p g_i is small, about as long. The turn is -p a_i.
+        turns.append(n.times_plus(tree.maximum(tree.dot(bent, wr), _STEEP) / backwards, bent))
+    third = turns[0] * x + turns[1] * y
+    total = tree.dot(third, third) / tree.maximum(z * z, _STEEP**2)
+    for turn in turns:
+        total = total + tree.dot(turn, turn)
+    # r'^4 = r^4 + 2 F^2
+    squared = roughness * roughness
+    return (tree.math("POWER", squared.times_plus(squared, tree.minimum(total, 2 * MOST)), 0.25),)
 
 
 # With this detail, a Noise Texture is almost normally distributed around 0.5. Its distribution function, within 0.015,

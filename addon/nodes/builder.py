@@ -204,6 +204,11 @@ class Tree:
         settings = {"vector_type": "VECTOR", "convert_from": "OBJECT", "convert_to": "WORLD"}
         return self.value(self.node("ShaderNodeVectorTransform", direction, **settings).outputs["Vector"])
 
+    def to_camera(self, normal: Value, space: str) -> Value:
+        """A normal in a space (WORLD or OBJECT), converted to the camera's."""
+        settings = {"vector_type": "NORMAL", "convert_from": space, "convert_to": "CAMERA"}
+        return self.value(self.node("ShaderNodeVectorTransform", normal, **settings).outputs["Vector"])
+
     def mix(self, share: Operand, a: Value, b: Value) -> Value:
         """a + share (b - a)."""
         return (b - a).times_plus(share, a)
@@ -219,6 +224,19 @@ class Tree:
     def _mixed(self, share: Operand, a: Operand, b: Operand, **settings: str) -> Value:
         node = self.node("ShaderNodeMix", share, a, b, clamp_factor=False, **settings)
         return self.value(next(socket for socket in node.outputs if socket.enabled))
+
+    def in_cycles(self) -> Value:
+        """1 in Cycles and 0 in EEVEE.
+
+        Cycles has no UV Along Stroke, so there a socket that reads it keeps its own value, and what a choice by it leaves
+        out costs nothing. EEVEE reads 0."""
+        node = self.node("ShaderNodeMath", 0.0, 1.0, operation="ADD")
+        self.feed(node.inputs[1], self.value(self.node("ShaderNodeUVAlongStroke").outputs["UV"]))
+        return self.value(node.outputs[0])
+
+    def choice(self, share: Operand, a: Operand, b: Operand) -> Value:
+        """Of numbers: a where the share is 0, b where it is 1. Cycles leaves out what a known share does not need."""
+        return self._mixed(share, a, b, data_type="FLOAT")
 
     def for_each(
         self, items: Sequence[Sequence[Operand]], begin: Sequence[Operand],
