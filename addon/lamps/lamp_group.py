@@ -262,7 +262,7 @@ class WholeLamp(Light):
         return tree.math("LESS_THAN", least, 1.0) * tree.math("GREATER_THAN", along, 0.0)
 
 
-def lamp_and_point(tree: Tree, packed: Sequence[Operand], *, seed: float, label: str) -> tuple[WholeLamp, Light]:
+def lamp_and_point(tree: Tree, packed: Sequence[Operand], *, seed: Operand, label: str) -> tuple[WholeLamp, Light]:
     """Add nodes for a packed lamp (lamp_drivers.py): the whole lamp, and the light that a sample takes from it."""
     given = {socket.name: value for socket, value in zip((*LAMP_INPUTS, _SEED), (*packed, seed), strict=True)}
     outputs = tree.group(lamp_and_point_group(), given, label=label)

@@ -45,7 +45,7 @@ _APART = 2.0**-20
 _SEED = 4.0
 # What this multiplies adds nothing to a float. It sets the order in which Blender computes: it begins with the last
 # input of a node, and needs all inputs first.
-_NOTHING = 1e-30
+NOTHING = 1e-30
 
 
 @dataclass(frozen=True)
@@ -60,12 +60,20 @@ class Candidate:
 
 
 @dataclass(frozen=True)
-class Chosen:
-    """A chosen light: packed, with its row (0: white) and what its irradiance is multiplied by."""
+class Answered:
+    """A light to answer to: packed, with its row (0: white), the seed of its random point, and what its irradiance is
+    multiplied by."""
 
-    packed: list[Operand]
-    row: Value
-    factor: Value | float
+    packed: Sequence[Operand]
+    row: Operand
+    seed: float
+    factor: Operand = 1.0
+
+
+def answered_lamp(tree: Tree, index: int, linked: bool, *, coloured: bool) -> Answered:
+    """Add nodes for the scene's lamp `index`. See lamp_for_table."""
+    row = spectrum_of_lamp(tree, index, coloured)
+    return Answered(packed_lamp(tree, index, linked), 0.0 if row is None else row, index + 1.0)
 
 
 def lamp_candidate(tree: Tree, index: int, linked: bool, *, is_area: bool, coloured: bool) -> Candidate:
@@ -79,7 +87,7 @@ def lamp_candidate(tree: Tree, index: int, linked: bool, *, is_area: bool, colou
     return Candidate(packed, replace(light, spectrum=spectrum_of_lamp(tree, index, coloured)))
 
 
-def two_answers(tree: Tree, candidates: Sequence[Candidate], likely: Sequence[Value]) -> list[Chosen]:
+def two_answers(tree: Tree, candidates: Sequence[Candidate], likely: Sequence[Value]) -> list[Answered]:
     """The strongest light and one drawn of the others, whose factor is 1 over its probability.
 
     `likely` has each light's p, at least 0."""
@@ -102,8 +110,8 @@ def two_answers(tree: Tree, candidates: Sequence[Candidate], likely: Sequence[Va
     for pack, end in zip(packs[-2::-1], below[-2::-1], strict=True):
         here = tree.math("LESS_THAN", at, end)
         drawn = _either(tree, here, drawn, pack)
-    first, _ = _unpacked(tree, strongest)
-    second, p = _unpacked(tree, drawn)
+    first, _ = _unpacked(tree, strongest, seed=2.0)
+    second, p = _unpacked(tree, drawn, seed=3.0)
     return [first, replace(second, factor=tree.math("DIVIDE", below[-1], p))]
 
 
@@ -111,24 +119,26 @@ def after(p: Value, rests: Sequence[Value]) -> list[Value]:
     """What is left for closures after a lamp, so that nothing of the lamp is needed once the first is known."""
     first, *others = rests
     for each in (*others, p):
-        first = each.times_plus(_NOTHING, first)
+        first = each.times_plus(NOTHING, first)
     return [first, *others]
 
 
 def all_after(chances: Sequence[Value], rests: Sequence[Value]) -> list[Value]:
     """The p of all lamps, known only after what is left for closures."""
-    nothing = rests[0] * _NOTHING
+    nothing = rests[0] * NOTHING
     return [p + nothing for p in chances]
 
 
-def chosen_light(tree: Tree, chosen: Chosen, *, areas: bool, coloured: bool, seed: float) -> Light:
-    """Add nodes for the light of a chosen lamp as the table shows it. `areas`: a sample takes a random point of an area
-    lamp. `coloured`: it may be of another spectrum than white."""
-    if areas:
-        light = _of_table(tree, *lamp_and_point(tree, chosen.packed, seed=seed, label="Chosen Lamp"))
-    else:
-        light = light_from(tree, chosen.packed, label="Chosen Lamp")
-    return replace(light, irradiance=light.irradiance * chosen.factor, spectrum=chosen.row if coloured else None)
+def packed_light(
+    tree: Tree, packed: Sequence[Operand], *, areas: bool, row: Value | None, seed: Operand, label: str = "Lamp"
+) -> tuple[Light, Light]:
+    """Add nodes for a packed lamp, with its row unless it is white: the lamp for closures, and its light as the table
+    shows it. `areas`: a sample takes a random point of an area lamp."""
+    if not areas:
+        light = replace(light_from(tree, packed, label=label), spectrum=row)
+        return light, light
+    lamp, point = lamp_and_point(tree, packed, seed=seed, label=label)
+    return lamp, _of_table(tree, lamp, replace(point, spectrum=row))
 
 
 def _packed(tree: Tree, candidate: Candidate, p: Value) -> tuple[Operand, ...]:
@@ -138,12 +148,12 @@ def _packed(tree: Tree, candidate: Candidate, p: Value) -> tuple[Operand, ...]:
     return place, power, z, x, tree.vector(disc, scales, outer), others, p
 
 
-def _unpacked(tree: Tree, pack: tuple[Operand, ...]) -> tuple[Chosen, Operand]:
+def _unpacked(tree: Tree, pack: tuple[Operand, ...], *, seed: float) -> tuple[Answered, Operand]:
     """The light in a pack, and its p."""
     place, power, z, x, *others, p = pack
     split = (tree.node("ShaderNodeSeparateXYZ", each).outputs for each in others)
     disc, scales, outer, inner, row, _ = (tree.value(socket) for sockets in split for socket in sockets)
-    return Chosen([place, disc, power, scales, z, outer, x, inner], row, 1.0), p
+    return Answered([place, disc, power, scales, z, outer, x, inner], row, seed), p
 
 
 def _either(tree: Tree, share: Value, first: tuple[Operand, ...], second: tuple[Operand, ...]) -> tuple[Value, ...]:
@@ -188,9 +198,8 @@ def lamp_for_table(tree: Tree, index: int, linked: bool, *, is_area: bool, colou
     if not is_area:
         light = light_of(tree, index, linked, coloured=coloured)
         return light, light
-    packed = packed_lamp(tree, index, linked)
-    lamp, point = lamp_and_point(tree, packed, seed=index + 1.0, label=f"Lamp {index}")
-    return lamp, _of_table(tree, lamp, replace(point, spectrum=spectrum_of_lamp(tree, index, coloured)))
+    packed, row = packed_lamp(tree, index, linked), spectrum_of_lamp(tree, index, coloured)
+    return packed_light(tree, packed, areas=True, row=row, seed=index + 1.0, label=f"Lamp {index}")
 
 
 def _of_table(tree: Tree, lamp: WholeLamp, point: Light) -> Light:

@@ -16,12 +16,13 @@ where its one direction leads to a followed lamp or source. A lamp's cone has a 
 its disc: the corner of a square lamp, and 1.22 radii of a round one. The table and the closure share wide lamps. The
 closure is also black where its direction leads to a lamp that the artist leaves out, however wide."""
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from itertools import chain, pairwise
 
 import bpy
 
+from ..blender import compat
 from ..direction.tangent_frame import frame_nodes
 from ..gratings.grating import ALL, LAMPS_ONLY, REST, Variation
 from ..lamps.brightest_lamps import LAMPS_MAX
@@ -50,16 +51,19 @@ from .group_properties import (
 )
 from .lamp_choice import (
     ALL_UP_TO,
+    NOTHING,
+    Answered,
     Candidate,
     after,
     all_after,
-    chosen_light,
+    answered_lamp,
     either_group,
     is_lit,
     lamp_candidate,
     lamp_for_table,
     left_by_table,
     left_group,
+    packed_light,
     rays,
     table_share,
     two_answers,
@@ -127,8 +131,8 @@ def with_footprint(tree: Tree, roughness: Value) -> Value:
     the normal of the Texture Coordinate node has a gradient and the normal of the Geometry node has none; in EEVEE it
     is the other way round.
 
-    As N is a unit vector, N.a = 0 along each axis of the surface. So x, y and z are the camera's axes, and the two across
-    the view are enough:
+    As N is a unit vector, N.a = 0 along each axis of the surface. So x, y and z are the camera's axes, and the two
+    across the view are enough:
 
         a_z = -(N_x a_x + N_y a_y) / N_z
 
@@ -287,13 +291,19 @@ class _Lighting:
     reliefs   each response with its number and its share of the surface, None for all of it
     asked     what each response is asked about every light
     closures  the directions of their closures, if these share the light with the table
-    rests     what is left for each closure by the lights so far"""
+    rests     what is left for each closure by the lights so far
+    weight    of a light: 1 where the surface sees it and the ray may, else 0
+    areas     whether there may be area lamps
+    rows      whether lights may be of another spectrum than white"""
 
     tree: Tree
     reliefs: Sequence[tuple[int, tuple[Response, Value | None]]]
     asked: dict[Socket, Operand]
     closures: list[Value]
-    rests: list[Value]
+    rests: Sequence[Value]
+    weight: Callable[[Light], Value]
+    areas: bool
+    rows: bool
 
     def asked_of(self, light: Light) -> dict[Socket, Operand]:
         of_light: dict[Socket, Operand] = {TO_LIGHT: light.direction, IRRADIANCE: light.irradiance}
@@ -322,9 +332,9 @@ class _Lighting:
         pairs = zip(self.closures, self.rests, strict=True)
         return [left_by_table(self.tree, light, share, direction=direction) * rest for direction, rest in pairs]
 
-    def two_of(self, candidates: Iterable[Candidate], *, areas: bool) -> list[Light]:
-        """Two lights in place of all."""
-        tree, seen, chances = self.tree, [], []
+    def two_of(self, candidates: Iterable[Candidate]) -> list[Answered]:
+        """Two lights in place of all, of which nothing more is left for closures."""
+        seen, chances = [], []
         for candidate in candidates:  # one by one: see lamp_choice.py
             share = self.share_of_table(candidate.light)
             chance = self.likely(candidate.light, share)
@@ -332,38 +342,58 @@ class _Lighting:
                 self.rests = after(chance, self.without(candidate.light, share))
             seen.append(candidate)
             chances.append(chance)
-        if self.closures:
-            chances = all_after(chances, self.rests)
-        coloured = any(candidate.light.spectrum is not None for candidate in seen)
-        return [
-            chosen_light(tree, chosen, areas=areas, coloured=coloured, seed=2.0 + which)
-            for which, chosen in enumerate(two_answers(tree, seen, chances))
-        ]
+        return two_answers(self.tree, seen, all_after(chances, self.rests) if self.closures else chances)
 
-    def each_of(self, pairs: Iterable[tuple[Light, Light]]) -> list[Light]:
-        """Every light as the table shows it, of pairs with the whole light first."""
-        shown = []
-        for light, of_table in pairs:
-            if (share := self.share_of_table(light)) is not None:
-                self.rests = self.without(light, share)
-            shown.append(of_table)
-        return shown
+    def lit_by(self, packed: Sequence[Operand], row: Operand, seed: Operand, factor: Operand) -> tuple[Light, Light]:
+        """A light that is answered to: the whole for closures, and as the table shows it."""
+        spectrum = row if self.rows and isinstance(row, Value) else None
+        whole, shown = packed_light(self.tree, packed, areas=self.areas, row=spectrum, seed=seed)
+        return whole, shown if factor == 1.0 else replace(shown, irradiance=shown.irradiance * factor)
+
+    def sent(self, whole: Light, shown: Light, *, leaves: bool) -> tuple[list[Value], Value]:
+        """What the responses send to the viewer from a light, and its weight. `leaves`: closures get what is left."""
+        share, weight = self.share_of_table(shown), self.weight(shown)
+        if share is None:
+            return self.answers(shown), weight
+        if leaves:
+            self.rests = self.without(whole, share if whole is shown else table_share(self.tree, whole))
+            for rest in self.rests:
+                weight = rest.times_plus(NOTHING, weight)
+        return self.answers(shown), weight * share
+
+    def from_each(self, lights: Iterable[tuple[Light, Light]], *, leaves: bool) -> Iterator[list[Value]]:
+        """What the responses send from one light after another."""
+        for whole, shown in lights:
+            answers, weight = self.sent(whole, shown, leaves=leaves)
+            yield [answer * weight for answer in answers]
+
+    def from_all(self, lights: Iterable[Answered], *, leaves: bool) -> list[Value]:
+        """What the responses send from all lights, by a loop."""
+        count = len(self.reliefs)
+        leaves = leaves and bool(self.closures)
+
+        def turn(item: Sequence[Operand], state: Sequence[Value]) -> list[Value]:
+            *packed, row, seed, factor = item
+            totals, rests = state[:count], state[count:]
+            self.rests = rests if leaves else self.rests
+            answers, weight = self.sent(*self.lit_by(packed, row, seed, factor), leaves=leaves)
+            sums = (answer.times_plus(weight, total) for answer, total in zip(answers, totals, strict=True))
+            return [*sums, *(self.rests if leaves else ())]
+
+        items = [(*light.packed, light.row, light.seed, light.factor) for light in lights]
+        ended = self.tree.for_each(items, [*[_DARK] * count, *(self.rests if leaves else ())], turn)
+        sums, rests = list(ended[:count]), ended[count:]
+        if leaves and len(items) > _HELD:
+            rests = [self.tree.dot(sums[0], (NOTHING,) * 3) + rest for rest in rests]
+        self.rests = rests or self.rests
+        return sums
 
 
 # The light of no lamp.
 _DARK = (0.0, 0.0, 0.0)
-
-
-def _as_item(light: Light, share: Value | None) -> list[Operand]:
-    """A light and the table's share of it, for Tree.for_each."""
-    held = light.direction, light.irradiance, light.variance, light.distance, light.casts_shadow
-    return [*held, 0.0 if light.spectrum is None else light.spectrum, 1.0 if share is None else share]
-
-
-def _of_item(item: Sequence[Operand]) -> tuple[Light, Operand]:
-    *held, spectrum, share = item
-    light = Light(*held, spectrum=spectrum if isinstance(spectrum, Value) else None)  # type: ignore[arg-type]  # as held
-    return light, share
+# So many lamps a Cycles shader, which holds 255 numbers at once, can hold for closures and then for the table. With
+# more, closures wait for the table, also for rays that do not see it.
+_HELD = 12
 
 
 def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps: list[bool], *, sources: int) -> None:
@@ -411,49 +441,57 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
     worlds = [response.to_world(tree, asked_of_world, number=k) for k, (response, _) in reliefs]
     areas_of_lamps = areas_in(group) if lights == REST else set()
     of_sources = [source_light(tree, k, coloured=of_world) for k in range(sources)] if lights == REST else []
+
+    def weight(light: Light) -> Value:
+        seen = is_lit(tree, light, n=n, cos_r=cos_r, unseen=unseen)
+        if start is None:
+            return seen
+        return seen * (1.0 - light.casts_shadow * hit(tree, start, light.direction, distance=light.distance))
+
     lighting = _Lighting(
         tree, reliefs,
         asked={NORMAL: n, TANGENT: t, ZERO_ORDER: float(lights == LAMPS_ONLY), **to_lamps},
         closures=[world.direction for world in worlds if world is not None] if lights == REST else [],
         rests=[strength * (1.0 - unseen) if lights == REST else strength] * len(worlds),
+        weight=weight, areas=bool(areas_of_lamps), rows=bool(coloured) or of_world,
     )  # fmt: skip
-    drawn = len(lamps) + len(of_sources) > ALL_UP_TO and not answers_every_lamp(group)
-    if drawn and all(response.tells_likely for response in responses):
+    count = len(lamps) + len(of_sources)
+    drawn = count > ALL_UP_TO and not answers_every_lamp(group)
+    drawn = drawn and all(response.tells_likely for response in responses)
+    answered: list[Answered] = []
+    if drawn:
         of_lamps = (
             lamp_candidate(tree, k, linked, is_area=k in areas_of_lamps, coloured=k in coloured)
             for k, linked in enumerate(lamps)
         )
-        sources_too = (Candidate(packed, light) for light, packed in of_sources)
-        lit_by = lighting.two_of(chain(of_lamps, sources_too), areas=bool(areas_of_lamps))
+        answered = lighting.two_of(chain(of_lamps, (Candidate(packed, light) for light, packed in of_sources)))
+    elif compat.HAS_LOOPS and count > 1:
+        answered = [answered_lamp(tree, k, linked, coloured=k in coloured) for k, linked in enumerate(lamps)]
+        answered += [Answered(packed, light.spectrum or 0.0, 0.0) for light, packed in of_sources]
+    sent: Iterable[list[Value]]
+    if answered and compat.HAS_LOOPS:
+        sent = [lighting.from_all(answered, leaves=not drawn)]
+    elif answered:
+        pairs = (lighting.lit_by(each.packed, each.row, each.seed, each.factor) for each in answered)
+        sent = lighting.from_each(pairs, leaves=False)
     else:
-        pairs = [
+        each_lamp = (
             lamp_for_table(tree, k, linked, is_area=k in areas_of_lamps, coloured=k in coloured)
             for k, linked in enumerate(lamps)
-        ]
-        lit_by = lighting.each_of([*pairs, *((light, light) for light, _ in of_sources)])
-    for index in range(left_out_in(group)) if lights == REST else ():
-        lighting.rests = lighting.without(light_of(tree, LAMPS_MAX + index, False), 1.0)
-
-    def answered(item: Sequence[Operand], totals: Sequence[Operand]) -> list[Value]:
-        """What the responses send to the viewer from the lights so far."""
-        light, share = _of_item(item)
-        weight = is_lit(tree, light, n=n, cos_r=cos_r, unseen=unseen)
-        weight = weight if share == 1.0 else weight * share
-        if start is not None:
-            weight = weight * (1.0 - light.casts_shadow * hit(tree, start, light.direction, distance=light.distance))
-        answers = zip(lighting.answers(light), totals, strict=True)
-        return [answer * weight if total == _DARK else answer.times_plus(weight, total) for answer, total in answers]
-
-    items = [_as_item(light, lighting.share_of_table(light)) for light in lit_by]
-    radiances = tree.for_each(items, [_DARK] * len(reliefs), answered)
+        )
+        sent = lighting.from_each(chain(each_lamp, ((light, light) for light, _ in of_sources)), leaves=True)
     shader: Value | None = None
     radiance: Operand = _DARK
-    for (_, (_, area)), each in zip(reliefs, radiances, strict=True):
-        radiance = each if area is None else each.times_plus(area, radiance)
-        if lights != ALL:
-            # Cycles evaluates nothing where the share is 0.
-            seen = 1.0 - unseen if area is None else (1.0 - unseen) * area
-            shader = tree.add_shader(shader, tree.mix_shader(seen, None, tree.emission(each, strength)))
+    for radiances in sent:
+        for (_, (_, area)), each in zip(reliefs, radiances, strict=True):
+            shown = each if area is None else each * area
+            radiance = shown if radiance == _DARK else radiance + shown
+            if lights != ALL:
+                # Cycles evaluates nothing where the share is 0.
+                seen = 1.0 - unseen if area is None else (1.0 - unseen) * area
+                shader = tree.add_shader(shader, tree.mix_shader(seen, None, tree.emission(each, strength)))
+    for index in range(left_out_in(group)) if lights == REST else ():
+        lighting.rests = lighting.without(light_of(tree, LAMPS_MAX + index, False), 1.0)
     with_rests = zip(worlds, lighting.rests, reliefs, strict=True)
     for world, rest, (_, (response, area)) in with_rests if lights != LAMPS_ONLY else ():
         assert world is not None  # otherwise lights is LAMPS_ONLY

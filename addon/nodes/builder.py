@@ -20,7 +20,7 @@ from dataclasses import dataclass
 
 import bpy
 
-from ..blender import compat, stored
+from ..blender import stored
 from .interface import LOOP, LOOP_END, Socket, add_interface, arrange, has_sockets, lost_in, note_parts
 
 
@@ -228,8 +228,8 @@ class Tree:
     def in_cycles(self) -> Value:
         """1 in Cycles and 0 in EEVEE.
 
-        Cycles has no UV Along Stroke, so there a socket that reads it keeps its own value, and what a choice by it leaves
-        out costs nothing. EEVEE reads 0."""
+        Cycles has no UV Along Stroke, so there a socket that reads it keeps its own value, and what a choice by it
+        leaves out costs nothing. EEVEE reads 0."""
         node = self.node("ShaderNodeMath", 0.0, 1.0, operation="ADD")
         self.feed(node.inputs[1], self.value(self.node("ShaderNodeUVAlongStroke").outputs["UV"]))
         return self.value(node.outputs[0])
@@ -240,17 +240,10 @@ class Tree:
 
     def for_each(
         self, items: Sequence[Sequence[Operand]], begin: Sequence[Operand],
-        body: Callable[[Sequence[Operand], Sequence[Operand]], Sequence[Value]],
+        body: Callable[[Sequence[Operand], Sequence[Value]], Sequence[Value]],
     ) -> Sequence[Value]:  # fmt: skip
-        """Call body(item, state) for each item in turn, where the state is what the last call returned, first `begin`.
-        Return the last state. There is at least one item, and all have values of the same kinds.
-
-        Where materials have loops, the nodes of the body are made once for all items."""
-        if not compat.HAS_LOOPS or len(items) == 1:
-            made = body(items[0], begin)
-            for item in items[1:]:
-                made = body(item, made)
-            return made
+        """Add a loop of the nodes of body(item, state), for each item in turn. The state is what the turn before
+        returned, first `begin`. Return the last state. All items have values of the same kinds."""
         first, last = self.node(LOOP), self.node(LOOP_END)
         first.pair_with_output(last)
         last.repeat_items.clear()

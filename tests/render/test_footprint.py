@@ -70,8 +70,8 @@ def test_a_spike_is_blurred_no_more_than_by_four_degrees(stage, engine):
     ("engine", "samples", "shrinks"), [("cycles", (6, 96), 16), ("eevee", (4, 16), 1), ("eevee", (16, 64), 4)]
 )
 def test_it_shrinks_with_the_samples(stage, engine, samples, shrinks):
-    """In Cycles the filter's variance divided by the samples. EEVEE uses four samples' value up to sixteen. From pixel to
-    pixel the normal turns by a hundred steps of the ten bits that EEVEE stores."""
+    """In Cycles the filter's variance divided by the samples. EEVEE uses four samples' value up to sixteen. From pixel
+    to pixel the normal turns by a hundred steps of the ten bits that EEVEE stores."""
     mesh = ball(stage)
     material, tree = stage.material("Footprint")
     emission = tree.node("ShaderNodeEmission", stage.addon.skin_nodes.with_footprint(tree, 0.0), 1.0)

@@ -131,13 +131,13 @@ def test_a_disc_keeps_its_budget(addon, scene):
     group, size_of = scene.natural_gratings.active().group, addon.interface.size_of
     nodes, look_ups, _ = size_of(group)
     # Blender 4.5 does not evaluate what depends on constants alone.
-    assert nodes <= (645 if addon.compat.EEVEE_EVALUATES_CONSTANTS else 677)
+    assert nodes <= (634 if addon.compat.EEVEE_EVALUATES_CONSTANTS else 665)
     assert look_ups <= 19
     for _ in range(2):
         scene.collection.objects.link(bpy.data.objects.new("Further", bpy.data.lights.new("Further", "SUN")))
     addon.lighting.update_all_lamps()
-    # A loop has the nodes that answer to a lamp once.
-    assert size_of(group).nodes - nodes <= 2 * (46 if addon.compat.HAS_LOOPS else 286)
+    # A loop has the nodes that answer to a lamp once. In 4.5 each lamp has its own, and an emission that Cycles skips.
+    assert size_of(group).nodes - nodes <= (45 if addon.compat.HAS_LOOPS else 2 * 291)
     assert size_of(group).look_ups == look_ups + 2 * 8, "in each turn"
 
 
