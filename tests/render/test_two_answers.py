@@ -67,6 +67,27 @@ def test_suns_in_one_place_are_as_bright_as_their_sum(shown, engine):
     agree(*(shown(engine, place, every=each, same=True) for each in (False, True)))
 
 
+@pytest.mark.short("REST")
+@pytest.mark.parametrize("lights", ["LAMPS", "REST"])
+def test_each_of_many_lamps_leaves_a_material_room_in_cycles(stage, baked, lights):
+    """A shader with more numbers than Cycles holds would be black: lamps of three kinds, each answered to, were."""
+    add_plane()
+    add_camera(stage)
+    for index in range(stage.addon.brightest_lamps.FOLLOWED_MAX):
+        place = np.array([np.cos(2.4 * index), np.sin(2.4 * index), 1.0 + 0.05 * index])
+        stage.lamp(("SPOT", "AREA", "POINT")[index % 3], 2 * place, to=place, name=f"Lamp {index}", energy=10.0)
+    grating = add_grating(stage, baked[0])
+    assert bpy.ops.grating.lights(lights=lights) == {"FINISHED"}
+    pictures = []
+    for grating.every_lamp in (True, False):
+        assert bpy.ops.grating.assign() == {"FINISHED"}
+        pictures.append(stage.rgb("cycles", PIXELS, 8))
+    every, two = pictures
+    # Five standard errors of a mean over independent pixels.
+    assert abs((two - every).mean()) < 5 * (two - every).std() / PIXELS
+    assert (two - every).std() < every.mean()
+
+
 @pytest.fixture
 def boxes(stage, baked):
     """boxes(count, samples) -> a plane under soft boxes around it that share one light, by the table and closures."""
