@@ -9,10 +9,15 @@ the strongest lamp has none and the others are drawn in proportion to about what
 
 The choice is among the lamps as they are packed (lamps/lamp_drivers.py): numbers of the scene, which are constants of
 a shader. A Cycles shader holds 255 numbers at once. So a lamp's light is computed for its p, and again for the chosen
-two. With the lights of all lamps at once, twelve area lamps would make the material black."""
+two. With the lights of all lamps at once, twelve area lamps would make the material black.
+
+Where materials have loops, one passes through the lamps, and what it keeps of them are two numbers (Choice)."""
+
+from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import bpy
 
@@ -95,7 +100,10 @@ def two_answers(tree: Tree, candidates: Sequence[Candidate], likely: Sequence[Va
     most = likely[0]
     for each in likely[1:]:
         most = tree.maximum(most, each)
-    packs = [_packed(tree, candidate, p) for candidate, p in zip(candidates, likely, strict=True)]
+    packs = [
+        (*_packed(tree, candidate.packed, candidate.light.spectrum or 0.0), p)
+        for candidate, p in zip(candidates, likely, strict=True)
+    ]
     weaker = [tree.math("LESS_THAN", each, most) for each in likely]
     strongest = packs[0]
     for pack, is_weaker in zip(packs[1:], weaker[1:], strict=True):
@@ -103,16 +111,74 @@ def two_answers(tree: Tree, candidates: Sequence[Candidate], likely: Sequence[Va
     below = [likely[0] * weaker[0]]
     for each, is_weaker in zip(likely[1:], weaker[1:], strict=True):
         below.append(each.times_plus(is_weaker, below[-1]))
-    place = tree.value(tree.node("ShaderNodeNewGeometry").outputs["Position"])
-    noise = tree.node("ShaderNodeTexWhiteNoise", place, _SEED, noise_dimensions="4D")
-    at = tree.value(noise.outputs["Value"]) * below[-1]
+    at = _random(tree) * below[-1]
     drawn = packs[-1]
     for pack, end in zip(packs[-2::-1], below[-2::-1], strict=True):
         here = tree.math("LESS_THAN", at, end)
         drawn = _either(tree, here, drawn, pack)
-    first, _ = _unpacked(tree, strongest, seed=2.0)
-    second, p = _unpacked(tree, drawn, seed=3.0)
-    return [first, replace(second, factor=tree.math("DIVIDE", below[-1], p))]
+    *first, _ = strongest
+    *second, p = drawn
+    factor = tree.math("DIVIDE", below[-1], p)
+    return [Answered(*_unpacked(tree, first), 2.0), Answered(*_unpacked(tree, second), 3.0, factor)]
+
+
+def _random(tree: Tree) -> Value:
+    """A random number from 0 to 1 of each sample."""
+    place = tree.value(tree.node("ShaderNodeNewGeometry").outputs["Position"])
+    noise = tree.node("ShaderNodeTexWhiteNoise", place, _SEED, noise_dimensions="4D")
+    return tree.value(noise.outputs["Value"])
+
+
+class Choice(NamedTuple):
+    """The same choice among lights that come one by one, which a loop makes.
+
+    passed       the number of lights so far
+    most, best   the p of the strongest, and its number
+    total        the sum of the others' p
+    p, drawn     the p of the one drawn of these, and its number
+    at           a random number from 0 to 1, independent of the choice so far"""
+
+    passed: Operand
+    most: Operand
+    best: Operand
+    total: Operand
+    p: Operand
+    drawn: Operand
+    at: Operand
+
+    @classmethod
+    def of_none(cls, tree: Tree) -> Choice:
+        """The choice before the first light. Its total is next to nothing, by which `at` can be divided."""
+        return cls(0.0, 0.0, 0.0, NOTHING, 0.0, 0.0, _random(tree))
+
+    def with_light(self, tree: Tree, p: Value) -> Choice:
+        """The choice with one more light. If it is the strongest, the one that was competes in its place."""
+        is_most = tree.math("GREATER_THAN", p, self.most)
+        less = tree.minimum(p, self.most)
+        weaker = tree.choice(is_most, self.passed, self.best)
+        total = less + self.total
+        along = total * self.at
+        is_drawn = tree.math("LESS_THAN", along, less)
+        # Where `along` is in its part of the total is random again.
+        part = tree.choice(is_drawn, self.total, less)
+        at = tree.math("DIVIDE", tree.choice(is_drawn, along - less, along), part)
+        drawn = tree.choice(is_drawn, self.p, less), tree.choice(is_drawn, self.drawn, weaker)
+        best = tree.choice(is_most, self.best, self.passed)
+        return Choice(tree.math("ADD", self.passed, 1.0), tree.maximum(p, self.most), best, total, *drawn, at)
+
+    def numbers(self, tree: Tree) -> list[tuple[Operand, float, Operand]]:
+        """The number of each of the two lights, the seed of its point, and what its irradiance is multiplied by."""
+        return [(self.best, 2.0, 1.0), (self.drawn, 3.0, tree.math("DIVIDE", self.total, self.p))]
+
+
+def light_of_number(tree: Tree, number: Operand, lights: Sequence[Answered]) -> tuple[Sequence[Operand], Operand]:
+    """One of the lights by its number: packed, and its row."""
+    first, *others = (_packed(tree, light.packed, light.row) for light in lights)
+    chosen: Sequence[Operand] = first
+    for index, pack in enumerate(others):
+        is_beyond = tree.math("GREATER_THAN", number, index + 0.5)
+        chosen = [tree.blend(is_beyond, a, b) for a, b in zip(chosen, pack, strict=True)]
+    return _unpacked(tree, chosen)
 
 
 def after(p: Value, rests: Sequence[Value]) -> list[Value]:
@@ -129,6 +195,12 @@ def all_after(chances: Sequence[Value], rests: Sequence[Value]) -> list[Value]:
     return [p + nothing for p in chances]
 
 
+def whole_light(tree: Tree, packed: Sequence[Operand], *, areas: bool, row: Value | None) -> Light:
+    """Add nodes for a packed lamp, with its row unless it is white; a WholeLamp if there may be area lamps."""
+    light = lamp_and_point(tree, packed, seed=0.0, label="Lamp")[0] if areas else light_from(tree, packed, label="Lamp")
+    return replace(light, spectrum=row)
+
+
 def packed_light(
     tree: Tree, packed: Sequence[Operand], *, areas: bool, row: Value | None, seed: Operand, label: str = "Lamp"
 ) -> tuple[Light, Light]:
@@ -141,19 +213,18 @@ def packed_light(
     return lamp, _of_table(tree, lamp, replace(point, spectrum=row))
 
 
-def _packed(tree: Tree, candidate: Candidate, p: Value) -> tuple[Operand, ...]:
-    place, disc, power, scales, z, outer, x, inner = candidate.packed
-    row = candidate.light.spectrum
-    others = tree.vector(inner, 0.0 if row is None else row, 0.0)
-    return place, power, z, x, tree.vector(disc, scales, outer), others, p
+def _packed(tree: Tree, packed: Sequence[Operand], row: Operand) -> tuple[Operand, ...]:
+    """A packed lamp and its row as vectors."""
+    place, disc, power, scales, z, outer, x, inner = packed
+    return place, power, z, x, tree.vector(disc, scales, outer), tree.vector(inner, row, 0.0)
 
 
-def _unpacked(tree: Tree, pack: tuple[Operand, ...], *, seed: float) -> tuple[Answered, Operand]:
-    """The light in a pack, and its p."""
-    place, power, z, x, *others, p = pack
+def _unpacked(tree: Tree, vectors: Sequence[Operand]) -> tuple[Sequence[Operand], Operand]:
+    """The packed lamp in the vectors, and its row."""
+    place, power, z, x, *others = vectors
     split = (tree.node("ShaderNodeSeparateXYZ", each).outputs for each in others)
     disc, scales, outer, inner, row, _ = (tree.value(socket) for sockets in split for socket in sockets)
-    return Answered([place, disc, power, scales, z, outer, x, inner], row, seed), p
+    return [place, disc, power, scales, z, outer, x, inner], row
 
 
 def _either(tree: Tree, share: Value, first: tuple[Operand, ...], second: tuple[Operand, ...]) -> tuple[Value, ...]:

@@ -54,6 +54,7 @@ from .lamp_choice import (
     NOTHING,
     Answered,
     Candidate,
+    Choice,
     after,
     all_after,
     answered_lamp,
@@ -63,10 +64,12 @@ from .lamp_choice import (
     lamp_for_table,
     left_by_table,
     left_group,
+    light_of_number,
     packed_light,
     rays,
     table_share,
     two_answers,
+    whole_light,
 )
 from .matter_nodes import is_opaque, plate_of, smooth_reflectance
 from .response import (
@@ -344,10 +347,34 @@ class _Lighting:
             chances.append(chance)
         return two_answers(self.tree, seen, all_after(chances, self.rests) if self.closures else chances)
 
+    def two_of_all(self, lights: Sequence[Answered]) -> list[tuple[Operand, float, Operand]]:
+        """The same by a loop: the numbers of two lights (lamp_choice.Choice.numbers)."""
+        fields = len(Choice._fields)
+
+        def turn(item: Sequence[Operand], state: Sequence[Value]) -> list[Value]:
+            *packed, row = item
+            choice, rests = Choice(*state[:fields]), state[fields:]
+            light = whole_light(self.tree, packed, areas=self.areas, row=self.spectrum(row))
+            share = self.share_of_table(light)
+            chance = self.likely(light, share)
+            if share is not None:
+                self.rests = rests
+                rests = self.rests = after(chance, self.without(light, share))
+                (chance,) = all_after([chance], rests)
+            return [*choice.with_light(self.tree, chance), *rests]  # type: ignore[list-item]  # as the state
+
+        begin = [*Choice.of_none(self.tree), *(self.rests if self.closures else ())]
+        ended = self.tree.for_each([(*light.packed, light.row) for light in lights], begin, turn)
+        self.rests = ended[fields:] if self.closures else self.rests
+        return Choice(*ended[:fields]).numbers(self.tree)
+
+    def spectrum(self, row: Operand) -> Value | None:
+        """A light's row in the table of lamps, None if all are white."""
+        return row if self.rows and isinstance(row, Value) else None
+
     def lit_by(self, packed: Sequence[Operand], row: Operand, seed: Operand, factor: Operand) -> tuple[Light, Light]:
         """A light that is answered to: the whole for closures, and as the table shows it."""
-        spectrum = row if self.rows and isinstance(row, Value) else None
-        whole, shown = packed_light(self.tree, packed, areas=self.areas, row=spectrum, seed=seed)
+        whole, shown = packed_light(self.tree, packed, areas=self.areas, row=self.spectrum(row), seed=seed)
         return whole, shown if factor == 1.0 else replace(shown, irradiance=shown.irradiance * factor)
 
     def sent(self, whole: Light, shown: Light, *, leaves: bool) -> tuple[list[Value], Value]:
@@ -367,20 +394,23 @@ class _Lighting:
             answers, weight = self.sent(whole, shown, leaves=leaves)
             yield [answer * weight for answer in answers]
 
-    def from_all(self, lights: Iterable[Answered], *, leaves: bool) -> list[Value]:
-        """What the responses send from all lights, by a loop."""
+    def from_all(
+        self, lights: Sequence[Answered], *, leaves: bool, numbers: Sequence[Sequence[Operand]] = ()
+    ) -> list[Value]:
+        """What the responses send from all lights by a loop, or from those of the numbers (two_of_all)."""
         count = len(self.reliefs)
         leaves = leaves and bool(self.closures)
 
         def turn(item: Sequence[Operand], state: Sequence[Value]) -> list[Value]:
-            *packed, row, seed, factor = item
+            *named, seed, factor = item
+            packed, row = light_of_number(self.tree, named[0], lights) if numbers else (named[:-1], named[-1])
             totals, rests = state[:count], state[count:]
             self.rests = rests if leaves else self.rests
             answers, weight = self.sent(*self.lit_by(packed, row, seed, factor), leaves=leaves)
             sums = (answer.times_plus(weight, total) for answer, total in zip(answers, totals, strict=True))
             return [*sums, *(self.rests if leaves else ())]
 
-        items = [(*light.packed, light.row, light.seed, light.factor) for light in lights]
+        items = numbers or [(*light.packed, light.row, light.seed, light.factor) for light in lights]
         ended = self.tree.for_each(items, [*[_DARK] * count, *(self.rests if leaves else ())], turn)
         sums, rests = list(ended[:count]), ended[count:]
         if leaves and len(items) > _HELD:
@@ -458,22 +488,20 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
     count = len(lamps) + len(of_sources)
     drawn = count > ALL_UP_TO and not answers_every_lamp(group)
     drawn = drawn and all(response.tells_likely for response in responses)
-    answered: list[Answered] = []
-    if drawn:
+    sent: Iterable[list[Value]]
+    if compat.HAS_LOOPS and count > 1:
+        answered = [answered_lamp(tree, k, linked, coloured=k in coloured) for k, linked in enumerate(lamps)]
+        answered += [Answered(packed, light.spectrum or 0.0, 0.0) for light, packed in of_sources]
+        numbers = lighting.two_of_all(answered) if drawn else ()
+        sent = [lighting.from_all(answered, leaves=not drawn, numbers=numbers)]
+    elif drawn:
         of_lamps = (
             lamp_candidate(tree, k, linked, is_area=k in areas_of_lamps, coloured=k in coloured)
             for k, linked in enumerate(lamps)
         )
-        answered = lighting.two_of(chain(of_lamps, (Candidate(packed, light) for light, packed in of_sources)))
-    elif compat.HAS_LOOPS and count > 1:
-        answered = [answered_lamp(tree, k, linked, coloured=k in coloured) for k, linked in enumerate(lamps)]
-        answered += [Answered(packed, light.spectrum or 0.0, 0.0) for light, packed in of_sources]
-    sent: Iterable[list[Value]]
-    if answered and compat.HAS_LOOPS:
-        sent = [lighting.from_all(answered, leaves=not drawn)]
-    elif answered:
-        pairs = (lighting.lit_by(each.packed, each.row, each.seed, each.factor) for each in answered)
-        sent = lighting.from_each(pairs, leaves=False)
+        two = lighting.two_of(chain(of_lamps, (Candidate(packed, light) for light, packed in of_sources)))
+        lit_by = (lighting.lit_by(each.packed, each.row, each.seed, each.factor) for each in two)
+        sent = lighting.from_each(lit_by, leaves=False)
     else:
         each_lamp = (
             lamp_for_table(tree, k, linked, is_area=k in areas_of_lamps, coloured=k in coloured)

@@ -139,6 +139,11 @@ def test_a_disc_keeps_its_budget(addon, scene):
     # A loop has the nodes that answer to a lamp once. In 4.5 each lamp has its own, and an emission that Cycles skips.
     assert size_of(group).nodes - nodes <= (45 if addon.compat.HAS_LOOPS else 2 * 291)
     assert size_of(group).look_ups == look_ups + 2 * 8, "in each turn"
+    if addon.compat.HAS_LOOPS:
+        for _ in range(5):
+            scene.collection.objects.link(bpy.data.objects.new("Further", bpy.data.lights.new("Further", "SUN")))
+        addon.lighting.update_all_lamps()
+        assert size_of(group).nodes - nodes <= 317, "two answers"
 
 
 @pytest.fixture(scope="module")
