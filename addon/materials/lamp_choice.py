@@ -71,7 +71,7 @@ class Answered:
 
     packed: Sequence[Operand]
     row: Operand
-    seed: float
+    seed: Operand
     factor: Operand = 1.0
 
 

@@ -285,6 +285,11 @@ def _step(tree: Tree, place: Value, bound: float, softness: float) -> Value:
 AOV_NAME = "Diffraction"
 # Weights of a lamp's red, green and blue in a choice among lamps. Any positive weights would do.
 _LUMINANCE = (0.2126, 0.7152, 0.0722)
+# The light of no lamp.
+_DARK = (0.0, 0.0, 0.0)
+# So many lamps a Cycles shader, which holds 255 numbers at once, can hold for closures and then for the table. With
+# more, closures wait for the table, also for rays that do not see it.
+_HELD = 12
 
 
 @dataclass
@@ -372,10 +377,13 @@ class _Lighting:
         """A light's row in the table of lamps, None if all are white."""
         return row if self.rows and isinstance(row, Value) else None
 
-    def lit_by(self, packed: Sequence[Operand], row: Operand, seed: Operand, factor: Operand) -> tuple[Light, Light]:
+    def lit_by(self, light: Answered) -> tuple[Light, Light]:
         """A light that is answered to: the whole for closures, and as the table shows it."""
-        whole, shown = packed_light(self.tree, packed, areas=self.areas, row=self.spectrum(row), seed=seed)
-        return whole, shown if factor == 1.0 else replace(shown, irradiance=shown.irradiance * factor)
+        row = self.spectrum(light.row)
+        whole, shown = packed_light(self.tree, light.packed, areas=self.areas, row=row, seed=light.seed)
+        if light.factor == 1.0:
+            return whole, shown
+        return whole, replace(shown, irradiance=shown.irradiance * light.factor)
 
     def sent(self, whole: Light, shown: Light, *, leaves: bool) -> tuple[list[Value], Value]:
         """What the responses send to the viewer from a light, and its weight. `leaves`: closures get what is left."""
@@ -402,11 +410,11 @@ class _Lighting:
         leaves = leaves and bool(self.closures)
 
         def turn(item: Sequence[Operand], state: Sequence[Value]) -> list[Value]:
-            *named, seed, factor = item
-            packed, row = light_of_number(self.tree, named[0], lights) if numbers else (named[:-1], named[-1])
+            *light, seed, factor = item
+            packed, row = light_of_number(self.tree, light[0], lights) if numbers else (light[:-1], light[-1])
             totals, rests = state[:count], state[count:]
             self.rests = rests if leaves else self.rests
-            answers, weight = self.sent(*self.lit_by(packed, row, seed, factor), leaves=leaves)
+            answers, weight = self.sent(*self.lit_by(Answered(packed, row, seed, factor)), leaves=leaves)
             sums = (answer.times_plus(weight, total) for answer, total in zip(answers, totals, strict=True))
             return [*sums, *(self.rests if leaves else ())]
 
@@ -417,13 +425,6 @@ class _Lighting:
             rests = [self.tree.dot(sums[0], (NOTHING,) * 3) + rest for rest in rests]
         self.rests = rests or self.rests
         return sums
-
-
-# The light of no lamp.
-_DARK = (0.0, 0.0, 0.0)
-# So many lamps a Cycles shader, which holds 255 numbers at once, can hold for closures and then for the table. With
-# more, closures wait for the table, also for rays that do not see it.
-_HELD = 12
 
 
 def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps: list[bool], *, sources: int) -> None:
@@ -458,7 +459,8 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
     # Unlinked nodes cost nothing. They keep groups in the file that more lamps, or an area lamp, need later: Blender's
     # undo would lose a group that a handler makes.
     left = left_group(is_whole=False), left_group(is_whole=True)
-    for made in (lamp_group(), either_group(), lamp_and_point_group(), *left):
+    chosen = () if compat.HAS_LOOPS else (either_group(),)
+    for made in (lamp_group(), *chosen, lamp_and_point_group(), *left):
         tree.group(made)
     # Likewise the response's World group, while it is unused.
     spectral = any(response.is_spectral for response in responses)
@@ -500,8 +502,7 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
             for k, linked in enumerate(lamps)
         )
         two = lighting.two_of(chain(of_lamps, (Candidate(packed, light) for light, packed in of_sources)))
-        lit_by = (lighting.lit_by(each.packed, each.row, each.seed, each.factor) for each in two)
-        sent = lighting.from_each(lit_by, leaves=False)
+        sent = lighting.from_each(map(lighting.lit_by, two), leaves=False)
     else:
         each_lamp = (
             lamp_for_table(tree, k, linked, is_area=k in areas_of_lamps, coloured=k in coloured)
