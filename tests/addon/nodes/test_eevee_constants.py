@@ -30,9 +30,9 @@ def group(addon, scene, grating):
 
 
 def answers(addon, group) -> int:
-    """How many lamps and sources a sample answers to."""
+    """How many lamps and sources a sample answers to, by the last loop: one before it chooses them."""
     turns = [node.inputs[0].default_value for node in group.nodes if node.bl_idname == addon.interface.LOOP]
-    return turns[0] if turns else sum(node.label == "Response" for node in group.nodes)
+    return turns[-1] if turns else sum(node.label == "Response" for node in group.nodes)
 
 
 def leave(addon, monkeypatch, room: int) -> None:
