@@ -83,13 +83,8 @@ def answered_lamp(tree: Tree, index: int, linked: bool, *, coloured: bool) -> An
 
 def lamp_candidate(tree: Tree, index: int, linked: bool, *, is_area: bool, coloured: bool) -> Candidate:
     """Add nodes for the scene's lamp `index`. See lamp_for_table."""
-    packed, label = packed_lamp(tree, index, linked), f"Lamp {index}"
-    light: Light
-    if is_area:
-        light, _ = lamp_and_point(tree, packed, seed=0.0, label=label)
-    else:
-        light = light_from(tree, packed, label=label)
-    return Candidate(packed, replace(light, spectrum=spectrum_of_lamp(tree, index, coloured)))
+    packed, row = packed_lamp(tree, index, linked), spectrum_of_lamp(tree, index, coloured)
+    return Candidate(packed, whole_light(tree, packed, areas=is_area, row=row, label=f"Lamp {index}"))
 
 
 def two_answers(tree: Tree, candidates: Sequence[Candidate], likely: Sequence[Value]) -> list[Answered]:
@@ -111,7 +106,7 @@ def two_answers(tree: Tree, candidates: Sequence[Candidate], likely: Sequence[Va
     below = [likely[0] * weaker[0]]
     for each, is_weaker in zip(likely[1:], weaker[1:], strict=True):
         below.append(each.times_plus(is_weaker, below[-1]))
-    at = _random(tree) * below[-1]
+    at = random_number(tree, _SEED) * below[-1]
     drawn = packs[-1]
     for pack, end in zip(packs[-2::-1], below[-2::-1], strict=True):
         here = tree.math("LESS_THAN", at, end)
@@ -122,10 +117,10 @@ def two_answers(tree: Tree, candidates: Sequence[Candidate], likely: Sequence[Va
     return [Answered(*_unpacked(tree, first), 2.0), Answered(*_unpacked(tree, second), 3.0, factor)]
 
 
-def _random(tree: Tree) -> Value:
-    """A random number from 0 to 1 of each sample."""
+def random_number(tree: Tree, seed: float) -> Value:
+    """A random number from 0 to 1 of each sample. Numbers of different seeds are independent."""
     place = tree.value(tree.node("ShaderNodeNewGeometry").outputs["Position"])
-    noise = tree.node("ShaderNodeTexWhiteNoise", place, _SEED, noise_dimensions="4D")
+    noise = tree.node("ShaderNodeTexWhiteNoise", place, seed, noise_dimensions="4D")
     return tree.value(noise.outputs["Value"])
 
 
@@ -149,7 +144,7 @@ class Choice(NamedTuple):
     @classmethod
     def of_none(cls, tree: Tree) -> Choice:
         """The choice before the first light. Its total is next to nothing, by which `at` can be divided."""
-        return cls(0.0, 0.0, 0.0, NOTHING, 0.0, 0.0, _random(tree))
+        return cls(0.0, 0.0, 0.0, NOTHING, 0.0, 0.0, random_number(tree, _SEED))
 
     def with_light(self, tree: Tree, p: Value) -> Choice:
         """The choice with one more light. If it is the strongest, the one that was competes in its place."""
@@ -177,6 +172,7 @@ def light_of_number(tree: Tree, number: Operand, lights: Sequence[Answered]) -> 
     chosen: Sequence[Operand] = first
     for index, pack in enumerate(others):
         is_beyond = tree.math("GREATER_THAN", number, index + 0.5)
+        # Each sample has its own number, so Cycles can leave out no mix: those of vectors take the least time.
         chosen = [tree.blend(is_beyond, a, b) for a, b in zip(chosen, pack, strict=True)]
     return _unpacked(tree, chosen)
 
@@ -195,9 +191,13 @@ def all_after(chances: Sequence[Value], rests: Sequence[Value]) -> list[Value]:
     return [p + nothing for p in chances]
 
 
-def whole_light(tree: Tree, packed: Sequence[Operand], *, areas: bool, row: Value | None) -> Light:
+def whole_light(tree: Tree, packed: Sequence[Operand], *, areas: bool, row: Value | None, label: str = "Lamp") -> Light:
     """Add nodes for a packed lamp, with its row unless it is white; a WholeLamp if there may be area lamps."""
-    light = lamp_and_point(tree, packed, seed=0.0, label="Lamp")[0] if areas else light_from(tree, packed, label="Lamp")
+    light: Light
+    if areas:
+        light, _ = lamp_and_point(tree, packed, seed=0.0, label=label)
+    else:
+        light = light_from(tree, packed, label=label)
     return replace(light, spectrum=row)
 
 

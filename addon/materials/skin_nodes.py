@@ -66,6 +66,7 @@ from .lamp_choice import (
     left_group,
     light_of_number,
     packed_light,
+    random_number,
     rays,
     table_share,
     two_answers,
@@ -249,9 +250,7 @@ def _layer(tree: Tree, beyond: Sequence[Value], softness: float) -> Value:
     """The number of a relief, which is drawn in proportion to its share: the bounds that a point is beyond, with the
     same random number for each."""
     if softness > 0:
-        place = tree.value(tree.node("ShaderNodeNewGeometry").outputs["Position"])
-        noise = tree.node("ShaderNodeTexWhiteNoise", place, _LAYER_SEED, noise_dimensions="4D")
-        drawn = tree.value(noise.outputs["Value"])
+        drawn = random_number(tree, _LAYER_SEED)
         beyond = [tree.math("GREATER_THAN", each, drawn) for each in beyond]
     return sum(beyond[1:], beyond[0])
 
@@ -405,7 +404,7 @@ class _Lighting:
     def from_all(
         self, lights: Sequence[Answered], *, leaves: bool, numbers: Sequence[Sequence[Operand]] = ()
     ) -> list[Value]:
-        """What the responses send from all lights by a loop, or from those of the numbers (two_of_all)."""
+        """Sum what the responses send from all lights by a loop. `numbers`: sum only these lights (two_of_all)."""
         count = len(self.reliefs)
         leaves = leaves and bool(self.closures)
 
@@ -413,7 +412,8 @@ class _Lighting:
             *light, seed, factor = item
             packed, row = light_of_number(self.tree, light[0], lights) if numbers else (light[:-1], light[-1])
             totals, rests = state[:count], state[count:]
-            self.rests = rests if leaves else self.rests
+            if leaves:
+                self.rests = rests
             answers, weight = self.sent(*self.lit_by(Answered(packed, row, seed, factor)), leaves=leaves)
             sums = (answer.times_plus(weight, total) for answer, total in zip(answers, totals, strict=True))
             return [*sums, *(self.rests if leaves else ())]
@@ -441,6 +441,7 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
     geometry = tree.node("ShaderNodeNewGeometry")
     cos_r = tree.dot(tree.value(geometry.outputs["Incoming"]), n)
     unseen, least_roughness = rays(tree)
+    seeing = 1.0 - unseen
     coated = 1.0 - inputs["Base Blend"]
     strength, covered = inputs["Strength"] * coated, tree.minimum(inputs["Strength"], 1.0) * coated
     settings: dict[Socket, Value] = {socket: inputs[socket.name] for socket in SETTINGS}
@@ -484,7 +485,7 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
         tree, reliefs,
         asked={NORMAL: n, TANGENT: t, ZERO_ORDER: float(lights == LAMPS_ONLY), **to_lamps},
         closures=[world.direction for world in worlds if world is not None] if lights == REST else [],
-        rests=[strength * (1.0 - unseen) if lights == REST else strength] * len(worlds),
+        rests=[strength * seeing if lights == REST else strength] * len(worlds),
         weight=weight, areas=bool(areas_of_lamps), rows=bool(coloured) or of_world,
     )  # fmt: skip
     count = len(lamps) + len(of_sources)
@@ -517,7 +518,7 @@ def make_nodes(group: bpy.types.NodeTree, responses: tuple[Response, ...], lamps
             radiance = shown if radiance == _DARK else radiance + shown
             if lights != ALL:
                 # Cycles evaluates nothing where the share is 0.
-                seen = 1.0 - unseen if area is None else (1.0 - unseen) * area
+                seen = seeing if area is None else seeing * area
                 shader = tree.add_shader(shader, tree.mix_shader(seen, None, tree.emission(each, strength)))
     for index in range(left_out_in(group)) if lights == REST else ():
         lighting.rests = lighting.without(light_of(tree, LAMPS_MAX + index, False), 1.0)
